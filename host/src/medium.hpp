@@ -1,0 +1,43 @@
+// The constants of a material that S_d needs, computed in double: one struct per colour channel.
+#pragma once
+#include <array>
+#include <string>
+#include <vector>
+
+#include "scene.hpp"
+
+namespace parian {
+
+/// Fresnel moments of the inside-to-outside reflectance at relative index `eta` (physics: internal side looks out at
+/// 1/eta). C_phi = (1 - 2 C_1)/4, C_E = (1 - 3 C_2)/2, by 20-node Gauss quadrature split at the critical angle.
+struct FresnelMoments {
+  double C_phi = 0.25, C_E = 0.5;
+};
+[[nodiscard]] FresnelMoments fresnel_moments(double eta);
+
+/// Derived quantities of one channel, lengths in transport mean free paths (1/sigma_t') unless said otherwise.
+struct ChannelConstants {
+  double sigma_t_prime = 0;  ///< reduced extinction, in the unit of the coefficients given
+  double alpha_prime = 0;    ///< reduced albedo
+  double sigma_tr = 0;       ///< sqrt(3 (1 - alpha'))
+  double d_e = 0;            ///< extrapolation length 2.131 D / sqrt(alpha') (FHK 21)
+  double z_v = 0;            ///< virtual source height 2 A d_e
+  double a_back = 0;         ///< squared backlit offset (sigma_t' / (3 sigma_t))^2 (FHK 25)
+  double C_phi = 0, C_E = 0, C_phi_inv = 0;  ///< moments at eta, eta, and C_phi at 1/eta
+  double A = 0;              ///< boundary mismatch (1 - C_E) / (2 C_phi)
+  double eta = 1;
+};
+[[nodiscard]] ChannelConstants channel_constants(double sigma_s, double sigma_a, double g, double eta);
+
+/// A row of the table of measured materials that Parian ships.
+struct MeasuredMaterial {
+  Material material;
+  std::string dataset;
+};
+[[nodiscard]] const std::vector<MeasuredMaterial>& measured_materials();
+
+/// Looks a measured material up by name; case, spaces, '-' and '_' are ignored. Throws Error(input) with the nearest
+/// names when there is none.
+[[nodiscard]] Material find_material(const std::string& name);
+
+}  // namespace parian

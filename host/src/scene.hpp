@@ -1,0 +1,110 @@
+// What to render and how well: plain structs that the command line, scene files and embedders fill in.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <numbers>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "mesh.hpp"
+
+namespace parian {
+
+/// Optical coefficients of one homogeneous material, RGB, in 1/mm.
+struct Material {
+  std::string name;
+  glm::dvec3 sigma_s{};  ///< scattering coefficient
+  glm::dvec3 sigma_a{};  ///< absorption coefficient
+  glm::dvec3 g{};        ///< mean cosine of scattering; 0 when only the reduced coefficient is known
+  double ior = 1.3;      ///< index of refraction relative to the outside
+};
+
+struct DirectionalLight {
+  glm::dvec3 towards{0.5, 0.6, -0.6};                                             ///< to the light; any length > 0
+  glm::dvec3 irradiance{std::numbers::pi, std::numbers::pi, std::numbers::pi};  ///< on a surface that faces it
+};
+
+/// Pinhole camera; `fov` is the full vertical angle in degrees.
+struct Camera {
+  glm::dvec3 eye{};
+  glm::dvec3 target{};
+  glm::dvec3 up{0.0, 1.0, 0.0};
+  double fov = 30.0;
+};
+
+struct Scene {
+  Mesh mesh;  ///< world space, mm
+  Material material;
+  std::vector<DirectionalLight> lights;
+  std::vector<Camera> cameras;
+  glm::uvec2 film{512, 512};
+};
+
+enum class Model { directional, standard, better };
+enum class Estimator { automatic, radial, disc };
+enum class Gather { automatic, layers, camera };
+
+/// The options of `parian render` that say how well and how; same names, same defaults.
+struct Settings {
+  double error = 1e-3;          ///< stop when the estimated relMSE is below it twice; 0 never
+  std::uint32_t frames = 1024;  ///< cap
+  double time = 0.0;            ///< wall seconds from the first frame; 0: no limit
+  std::uint32_t layers = 16;
+  std::uint32_t layer_size = 256;
+  std::uint32_t light_map_size = 512;
+  bool light_map_shift = true;
+  std::uint32_t samples = 16;  ///< per texel and frame, divided between lights by flux; even
+  Model model = Model::directional;
+  Estimator estimator = Estimator::automatic;
+  double disc_radius = 0.0;  ///< mm; only with Estimator::disc; 0: from the material
+  Gather gather = Gather::automatic;
+  bool pyramids = true;
+  std::uint32_t seed = 0;
+  std::set<std::string> keep;  ///< names of omissions that are forced off, or "all"
+  bool force = false;
+};
+
+/// A linear image, RGBA premultiplied, row by row from the top left.
+struct Image {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::vector<float> rgba;
+};
+
+/// One thing the plan left out: what, why, and what that saved.
+struct Omission {
+  std::string what;   ///< the name that --keep takes
+  std::string why;    ///< one clause
+  std::string unit;   ///< of `count`: "evaluations", "bytes", "launches", ...
+  double count = 0.0;
+  bool estimated = false;  ///< false: counted
+};
+
+/// Wall or kernel seconds, by stage.
+struct Seconds {
+  double load = 0, plan = 0, compile = 0, light_map = 0, layers = 0, pyramids = 0, gather = 0, read = 0, total = 0;
+};
+
+/// What a render says of itself; the keys of --stats.
+struct Statistics {
+  std::uint32_t frames = 0;
+  std::string stopped_by;  ///< "error", "frames", "time" or "interrupt"
+  double estimated_relmse = -1.0;  ///< negative: not known
+  double estimated_bias_relmse = -1.0;  ///< negative: not known
+  double evaluations = 0.0;
+  Seconds seconds;
+  Seconds kernel_seconds;
+  bool kernel_seconds_known = false;
+  std::uint32_t layers_count = 0, layers_size = 0;
+  double layers_covered = 0.0;
+  std::uint64_t layers_texels = 0, layers_texels_evaluated = 0;
+  std::uint64_t fallback_pixels = 0;
+  std::uint64_t bytes_peak = 0;
+  std::vector<Omission> left_out;
+  std::uint64_t nonfinite = 0;
+  std::vector<std::string> warnings;
+};
+
+}  // namespace parian
