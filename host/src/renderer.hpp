@@ -1,0 +1,57 @@
+// The renderer: one scene on one device, refined frame by frame. The algorithm is four calls in renderer.cpp.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scene.hpp"
+
+namespace parian {
+
+/// An OpenCL device as `parian devices` lists it.
+struct DeviceInfo {
+  std::uint32_t index = 0;  ///< what --device N takes
+  std::string name, platform, vendor, driver, version, type;
+  std::uint32_t compute_units = 0;
+  std::uint32_t vector_width = 0;  ///< lanes Parian uses: 8 on CPUs, 1 on GPUs
+  std::uint64_t global_memory = 0, max_allocation = 0;  ///< bytes
+};
+
+/// All devices of all platforms, in the order that the ICD loader gives them; empty when there is none.
+[[nodiscard]] std::vector<DeviceInfo> list_devices();
+
+/// The device that `selector` means: an index, a case-insensitive part of "NAME PLATFORM", or empty for the default
+/// (a GPU before an accelerator before a CPU, more compute units first). Throws Error(device) when none fits.
+[[nodiscard]] DeviceInfo choose_device(const std::string& selector);
+
+class Renderer {
+ public:
+  /// Plans and compiles for `scene` on the device that `selector` means. Throws Error(input) for a scene that can't be
+  /// rendered and Error(device) when the device is missing, too small, or refuses.
+  Renderer(const Scene& scene, const Settings& settings, const std::string& selector);
+  ~Renderer();
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+
+  /// The plan as lines of text: what the scene needs, what was left out, why, and what that saves.
+  [[nodiscard]] std::vector<std::string> explanation() const;
+  /// One frame: `samples` more evaluations at every layer texel that is needed. Waits for the device.
+  void frame();
+  /// Frames done so far.
+  [[nodiscard]] std::uint32_t frames() const;
+  /// True after frames 1, 2, 3, 4, 6, 8, 12, 16, ...: when an estimate is due.
+  [[nodiscard]] bool checkpoint() const;
+  /// Gathers the image and estimates its relMSE (sampling error, blur included). Waits.
+  double estimate();
+  /// The image of one camera, gathered with 64 subpixel positions. Waits.
+  Image image(std::size_t camera);
+  /// What was done so far; call after the last image for final figures (load, total and stopped_by are the caller's).
+  [[nodiscard]] const Statistics& statistics() const;
+  [[nodiscard]] const DeviceInfo& device() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace parian
