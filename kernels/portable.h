@@ -25,6 +25,9 @@ using mask = bool;
 using uint = std::uint32_t;
 using ulong = std::uint64_t;
 using i64 = std::int64_t;
+struct alignas(16) float4 {
+  float x, y, z, w;
+};
 SHARED real real_splat(double x) { return x; }
 SHARED real real_select(mask m, real a, real b) { return m ? a : b; }
 SHARED real real_sqrt(real x) { return std::sqrt(x); }

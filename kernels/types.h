@@ -26,5 +26,68 @@ typedef struct {
   float pad;
 } Boundary;
 
+// How a view turns points into film: orthographic (near_distance = 0) or pinhole. Pixel coordinates have their origin
+// at the film's top left corner; depth is kept as nearness q, which is linear on film and larger nearer the viewer:
+// (x - origin).back + 2 for an orthographic view, 1 / distance for a pinhole.
+typedef struct {
+  float4 origin;  // a point on the view's axis; the eye of a pinhole
+  float4 right;   // unit vectors; pixel x grows along right, pixel y along down, back points at the viewer
+  float4 down;
+  float4 back;
+  float scale;          // pixels per unit; of a pinhole, focal length in pixels
+  float centre_x;       // film coordinates of the axis
+  float centre_y;
+  float near_distance;  // of a pinhole; 0 marks an orthographic view
+  uint width;           // film size in pixels
+  uint height;
+  uint pad0;
+  uint pad1;
+} View;
+
+// The part of a film that buffers hold, and where in each pixel the sample lies (1/256 pixels).
+typedef struct {
+  uint x;
+  uint y;
+  uint width;
+  uint height;
+  int sample_x;
+  int sample_y;
+  uint pad0;
+  uint pad1;
+} Window;
+
+// A triangle as the rasteriser sees it, stored once per view; everything after it is exact.
+typedef struct {
+  int x0, y0, x1, y1, x2, y2;  // corners on film in 1/256 pixels, counter-clockwise so that the area is positive
+  float q0, q_x, q_y;          // nearness at corner 0 and its slope per 1/256 pixel
+  float q_min, q_max;          // nearness of the farthest and nearest corner
+  uint triangle;               // index in the mesh; NO_TRIANGLE where nothing is left to draw
+} RasterTriangle;
+
+// A directional light and the two light maps (halves A and B) that sample it.
+typedef struct {
+  View view;          // orthographic; back points towards the light
+  float4 irradiance;  // RGB on a surface that faces the light, divided by the samples a frame takes of each half
+  float sample_x[2];  // where in its pixel each half's map has its samples, in pixels
+  float sample_y[2];
+  uint samples;       // of each half in one frame
+  uint map;           // first texel of half A in the light maps' buffer; half B follows
+  uint extent;        // first node of this light's height pyramid
+  uint pad;
+} Light;
+
+// The radial density of samples around a point's nearest lit texel, as a table of log rho over equal steps of log G
+// (sampling.h); the baselines use sigma and radius instead.
+typedef struct {
+  float log_G_min;     // log G of entry 0, the largest rho; below it nothing is sampled
+  float inverse_step;  // 1 / step of log G between entries
+  uint entries;
+  float h_min;   // smallest distance that matters to the density, 1.5 D
+  float sigma;   // decay of the exponential radii
+  float radius;  // where exponential radii end, and the radius of the uniform disc
+  float pad0;
+  float pad1;
+} Density;
+
 KERNEL_HEADER_END
 #endif

@@ -1,0 +1,309 @@
+// Pass 2: at each needed layer texel, the directional dipole summed over samples of the light maps.
+//
+// Build options: VW lanes, MODEL, ESTIMATOR (0 density around the nearest lit texel, 1 exponential radii and 2 uniform
+// disc around the point's projection), LIGHTS, MEDIA (distinct channels of the medium) and MEDIUM_R, _G, _B (the medium
+// of each colour, MEDIA where a colour has none).
+#include "bssrdf.h"
+#include "sampling.h"
+
+#define PI_F 3.14159265358979f
+#define MAX_LEVELS 16
+
+#if VW == 1
+#define LANES 0u
+#define real_load(p) ((p)[0])
+#define real_first(v) (v)
+#else
+#define VW_NAME_(name, n) name##n
+#define VW_NAME(name, n) VW_NAME_(name, n)
+#define real_load(p) VW_NAME(vload, VW)(0, p)
+#define real_first(v) ((v).s0)
+#if VW == 4
+#define LANES ((uint4)(0, 1, 2, 3))
+#elif VW == 8
+#define LANES ((uint8)(0, 1, 2, 3, 4, 5, 6, 7))
+#else
+#define LANES ((uint16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
+#endif
+#endif
+
+// What every evaluation reads: lights with their maps, the medium, and the density of samples.
+typedef struct {
+  __constant Light* lights;
+  __global const float4* map;  // of all lights, halves A then B
+  __constant Medium* media;
+  Boundary boundary;
+  Density density;
+  __global const float* log_rho;
+  uint seed;
+} Transport;
+
+// Where samples of one light are centred for one point: (x, y in the light's frame, h, log G(h)).
+static float4 sampling_centre(float3 x, __constant Light* light, Density density, __global const float* log_rho,
+                              __global const float2* extent, __constant uint* level_first, uint levels) {
+  const float3 p = to_frame(light->view, x - light->view.origin.xyz);
+#if ESTIMATOR != 0
+  return (float4)(p.xy, 0.0f, 0.0f);
+#else
+  // Depth-first through the height pyramid, nearest child first, in units of texels.
+  const float scale = light->view.scale;
+  const float3 t = (float3)(p.x * scale + light->view.centre_x, p.y * scale + light->view.centre_y, p.z * scale);
+  uint stack[3 * MAX_LEVELS + 4];
+  float bound[3 * MAX_LEVELS + 4];
+  uint top = 0;
+  float nearest = FLT_MAX;
+  float2 centre = t.xy;
+  stack[top] = levels - 1;  // x in bits 4 to 17, y in bits 18 to 31, level in the lowest four
+  bound[top++] = 0.0f;
+  while (top > 0) {
+    const uint node = stack[--top];
+    if (bound[top] >= nearest) continue;
+    const uint level = node & 15u, x0 = (node >> 4) & 16383u, y0 = node >> 18;
+    if (level == 0) {
+      nearest = bound[top];
+      centre = (float2)((float)x0 + 0.5f, (float)y0 + 0.5f);
+      continue;
+    }
+    const uint below = level - 1, size = (light->view.width + (1u << below) - 1) >> below;
+    const float side = (float)(1u << below);
+    float distance[4];
+    uint child[4];
+    for (uint c = 0; c < 4; ++c) {
+      const uint cx = 2 * x0 + (c & 1), cy = 2 * y0 + (c >> 1);
+      child[c] = below | cx << 4 | cy << 18;
+      distance[c] = FLT_MAX;
+      if (cx >= size || cy >= size) continue;
+      const float2 z = extent[light->extent + level_first[below] + cy * size + cx];
+      if (z.x > z.y) continue;
+      const float3 low = (float3)((float)cx * side + 0.5f, (float)cy * side + 0.5f, z.x * scale);
+      const float3 high = (float3)((float)(cx + 1) * side - 0.5f, (float)(cy + 1) * side - 0.5f, z.y * scale);
+      const float3 away = fmax(fmax(low - t, t - high), 0.0f);
+      distance[c] = dot(away, away);
+    }
+    for (uint c = 1; c < 4; ++c)  // farthest first, so that the nearest is popped first
+      for (uint b = c; b > 0 && distance[b] > distance[b - 1]; --b) {
+        const float d = distance[b];
+        const uint n = child[b];
+        distance[b] = distance[b - 1];
+        child[b] = child[b - 1];
+        distance[b - 1] = d;
+        child[b - 1] = n;
+      }
+    for (uint c = 0; c < 4; ++c)
+      if (distance[c] < nearest) {
+        stack[top] = child[c];
+        bound[top++] = distance[c];
+      }
+  }
+  const float d_min = nearest < FLT_MAX ? sqrt(nearest) / scale : 0.0f;
+  const float h = sqrt(density.h_min * density.h_min + d_min * d_min), log_h = log(h);
+  uint low = 0, high = density.entries - 1;  // log_rho falls: log_rho[low] > log_h >= log_rho[high]
+  while (high - low > 1) {
+    const uint middle = (low + high) / 2;
+    if (log_rho[middle] > log_h)
+      low = middle;
+    else
+      high = middle;
+  }
+  const float f = clamp((log_rho[low] - log_h) / (log_rho[low] - log_rho[high]), 0.0f, 1.0f);
+  const float log_G = density.log_G_min + ((float)low + f) / density.inverse_step;
+  return (float4)((centre.x - light->view.centre_x) / scale, (centre.y - light->view.centre_y) / scale, h, log_G);
+#endif
+}
+
+// cos and sin of 2 pi v for v in [0, 1): the same bits wherever sums and products are.
+static void turn(real v, real* c, real* s) {
+  const real quarter = floor(v * 4.0f + 0.5f), t = (v - quarter * 0.25f) * (2.0f * PI_F), t2 = t * t;
+  const real cosine = 1.0f + t2 * (-0.5f + t2 * (1.0f / 24.0f + t2 * (-1.0f / 720.0f + t2 * (1.0f / 40320.0f))));
+  const real sine = t * (1.0f + t2 * (-1.0f / 6.0f + t2 * (1.0f / 120.0f + t2 * (-1.0f / 5040.0f + t2 * (1.0f / 362880.0f)))));
+  const mask swap = (quarter == 1.0f) | (quarter == 3.0f);
+  const real a = real_select(swap, sine, cosine), b = real_select(swap, cosine, sine);
+  *c = real_select((quarter == 1.0f) | (quarter == 2.0f), -a, a);
+  *s = real_select((quarter == 2.0f) | (quarter == 3.0f), -b, b);
+}
+
+// A sample's distance from the centre and the inverse of its area density (0: outside of what is sampled), from two
+// numbers of the sequence; `t` is 1 - u.
+static real sample_radius(Density density, __global const float* log_rho, float h, float log_G, real t, real* weight) {
+#if ESTIMATOR == 0
+  // rho = G^-1(t G(h)), r^2 = rho^2 - h^2. Within a step log rho is linear in log G with slope s, so that the area
+  // density is t / (2 pi |s| rho^2): exact, whatever the table's own error.
+  const real position = (real_log(t) + log_G - density.log_G_min) * density.inverse_step;
+  const mask inside = position >= 0.0f;
+  const real cell = real_min(real_max(floor(position), 0.0f), (float)density.entries - 2.0f);
+  float low[VW], high[VW], at[VW];
+#if VW == 1
+  at[0] = cell;
+#else
+  VW_NAME(vstore, VW)(cell, 0, at);
+#endif
+  for (uint lane = 0; lane < VW; ++lane) {
+    low[lane] = log_rho[(uint)at[lane]];
+    high[lane] = log_rho[(uint)at[lane] + 1];
+  }
+  const real a = real_load(low), fall = a - real_load(high);
+  const real rho = real_exp(a - fall * (position - cell));
+  *weight = real_select(inside, 2.0f * PI_F * density.inverse_step * fall * rho * rho / t, real_splat(0.0f));
+  return real_sqrt(real_max(rho * rho - h * h, real_splat(0.0f)));
+#elif ESTIMATOR == 1
+  const float reach = 1.0f - exp(-density.sigma * density.radius);
+  const real decay = 1.0f - (1.0f - t) * reach, r = -real_log(decay) / density.sigma;
+  *weight = 2.0f * PI_F * r * reach / (density.sigma * decay);
+  return r;
+#else
+  *weight = real_splat(PI_F * density.radius * density.radius);
+  return density.radius * real_sqrt(t);
+#endif
+}
+
+// Scattered radiance (without T21) at x with normal n, of one half: rounds `round` to `round + rounds` - 1 of the
+// point's own sequence, each of as many samples as the lights take in a frame, summed over rounds.
+static float3 scattered_radiance(Transport transport, float3 x, float3 n, uint point, uint half_index, uint round,
+                                 uint rounds, const float4* centres) {
+  float3 radiance = (float3)(0.0f);
+  for (uint l = 0; l < LIGHTS; ++l) {
+    __constant Light* light = transport.lights + l;
+    const View view = light->view;
+    const float3 p = to_frame(view, x - view.origin.xyz), n_frame = to_frame(view, n);
+    const real3 n_o = real3_make(real_splat(n_frame.x), real_splat(n_frame.y), real_splat(n_frame.z));
+    const real3 towards = real3_make(real_splat(0.0f), real_splat(0.0f), real_splat(1.0f));
+    const float4 centre = centres[l];
+    const float sample_x = light->sample_x[half_index], sample_y = light->sample_y[half_index];
+    __global const float4* map = transport.map + 2 * (light->map + half_index * view.width * view.height);
+    const uint scramble = hash_combine(hash_combine(point, transport.seed), 2 * l + half_index);
+    const uint shift_u = hash(scramble), shift_v = hash(scramble ^ 0x68bc21ebu);
+    const uint first = round * light->samples, last = first + rounds * light->samples;
+    real sum[MEDIA + 1];
+    for (uint m = 0; m <= MEDIA; ++m) sum[m] = real_splat(0.0f);
+    for (uint j = first; j < last; j += VW) {
+      const ureal index = j + LANES;
+      const real t = (real_from_bits((index * R2_STEP_U + shift_u) >> 8) + 0.5f) * 0x1p-24f;
+      const real v = real_from_bits((index * R2_STEP_V + shift_v) >> 8) * 0x1p-24f;
+      real weight, cosine, sine;
+      const real r = sample_radius(transport.density, transport.log_rho, centre.z, centre.w, t, &weight);
+      turn(v, &cosine, &sine);
+      const real light_x = centre.x + r * cosine, light_y = centre.y + r * sine;
+      const real film_x = light_x * view.scale + view.centre_x, film_y = light_y * view.scale + view.centre_y;
+      const real column = floor(film_x - sample_x + 0.5f), row = floor(film_y - sample_y + 0.5f);
+      mask lit = (column >= 0.0f) & (column < (float)view.width) & (row >= 0.0f) & (row < (float)view.height) &
+                 (weight > 0.0f);
+#if VW > 1
+      lit &= VW_NAME(as_int, VW)(index < (ureal)(last));
+#endif
+      // Texels are gathered lane by lane; everything else is as wide as the device likes.
+      float height[VW], slope_x[VW], slope_y[VW], covered[VW], n_x[VW], n_y[VW], n_z[VW], texel[VW];
+      const real inside_texel = real_select(lit, row * (float)view.width + column, real_splat(0.0f));
+#if VW == 1
+      texel[0] = inside_texel;
+#else
+      VW_NAME(vstore, VW)(inside_texel, 0, texel);
+#endif
+      for (uint lane = 0; lane < VW; ++lane) {
+        const float4 a = map[2 * (uint)texel[lane]], b = map[2 * (uint)texel[lane] + 1];
+        height[lane] = a.x;
+        slope_x[lane] = a.y;
+        slope_y[lane] = a.z;
+        covered[lane] = a.w;
+        n_x[lane] = b.x;
+        n_y[lane] = b.y;
+        n_z[lane] = b.z;
+      }
+      lit &= real_load(covered) > 0.0f;
+      // The light ray through the sample meets the plane of the texel's geometric normal.
+      const real light_z = real_load(height) + (real_load(slope_x) * (film_x - column - sample_x) +
+                                                real_load(slope_y) * (film_y - row - sample_y)) / view.scale;
+      const real3 n_i = real3_select(lit, bend_normal(real3_make(real_load(n_x), real_load(n_y), real_load(n_z)), towards),
+                                     towards);
+      const real3 w12 = refract_into(towards, n_i, transport.boundary);
+      const real T12 = fresnel_transmittance(n_i.z, transport.boundary);
+      const DipoleGeometry geometry =
+          dipole_geometry(real3_make(p.x - light_x, p.y - light_y, p.z - light_z), w12, n_i, n_o);
+      const real factor = real_select(lit, weight * T12, real_splat(0.0f));
+      for (uint m = 0; m < MEDIA; ++m) sum[m] += factor * bssrdf(transport.media[m], geometry);
+    }
+    radiance += light->irradiance.xyz *
+                (float3)(real_sum(sum[MEDIUM_R]), real_sum(sum[MEDIUM_G]), real_sum(sum[MEDIUM_B]));
+  }
+  return radiance;
+}
+
+static Transport make_transport(__constant Light* lights, __global const float4* map, __constant Medium* media,
+                                Boundary boundary, Density density, __global const float* log_rho, uint seed) {
+  Transport t;
+  t.lights = lights;
+  t.map = map;
+  t.media = media;
+  t.boundary = boundary;
+  t.density = density;
+  t.log_rho = log_rho;
+  t.seed = seed;
+  return t;
+}
+
+// Geometry of every texel of one layer: (n_g, q), q = 0 where the layer is empty.
+__kernel void layers_resolve(const View view, __global const uint* restrict ids,
+                             __global const float4* restrict positions, __global const uint* restrict triangles,
+                             __global const float* restrict normals, const uint first,
+                             __global float4* restrict geometry) {
+  const uint i = (uint)get_global_id(0);
+  if (i >= view.width * view.height) return;
+  float4 texel = (float4)(0.0f);
+  if (ids[first + i] != NO_TRIANGLE) {
+    const float px = (float)(i % view.width) + 0.5f, py = (float)(i / view.width) + 0.5f;
+    const Surface s = surface_at(view, px, py, ids[first + i], positions, triangles, normals);
+    texel = (float4)(s.n_g, dot(s.x - view.origin.xyz, view.back.xyz) + 2.0f);
+  }
+  geometry[first + i] = texel;
+}
+
+// The needed texels' points: (x, texel) and (n_s, 0), and for each light where their samples are centred.
+__kernel void layers_points(__constant View* views, const uint n_points, __global const uint* restrict needed,
+                            __global const uint* restrict ids, __global const float4* restrict positions,
+                            __global const uint* restrict triangles, __global const float* restrict normals,
+                            __constant Light* lights, const Density density, __global const float* restrict log_rho,
+                            __global const float2* restrict extent, __constant uint* level_first, const uint levels,
+                            __global float4* restrict points, __global float4* restrict centres) {
+  const uint i = (uint)get_global_id(0);
+  if (i >= n_points) return;
+  const uint texel = needed[i], size = views[0].width * views[0].height, layer = texel / size, t = texel % size;
+  const View view = views[layer];
+  const float px = (float)(t % view.width) + 0.5f, py = (float)(t / view.width) + 0.5f;
+  const Surface s = surface_at(view, px, py, ids[texel], positions, triangles, normals);
+  points[2 * i] = (float4)(s.x, as_float(texel));
+  points[2 * i + 1] = (float4)(s.n_s, 0.0f);
+  for (uint l = 0; l < LIGHTS; ++l)
+    centres[LIGHTS * i + l] = sampling_centre(s.x, lights + l, density, log_rho, extent, level_first, levels);
+}
+
+// One frame: a round of samples for both halves of every needed texel. values[2 i + half] sums rounds, RGB.
+__kernel void layers_accumulate(const uint n_points, __global const float4* restrict points,
+                                __global const float4* restrict centres, __constant Light* lights,
+                                __global const float4* restrict map, __constant Medium* media, const Boundary boundary,
+                                const Density density, __global const float* restrict log_rho, const uint seed,
+                                const uint frame, __global float4* restrict values) {
+  const uint i = (uint)get_global_id(0), point = i / 2;
+  if (point >= n_points) return;
+  const Transport transport = make_transport(lights, map, media, boundary, density, log_rho, seed);
+  const float4 x = points[2 * point];
+  float4 centre[LIGHTS];
+  for (uint l = 0; l < LIGHTS; ++l) centre[l] = centres[LIGHTS * point + l];
+  const float3 radiance =
+      scattered_radiance(transport, x.xyz, points[2 * point + 1].xyz, as_uint(x.w), i % 2, frame, 1, centre);
+  const float4 before = frame == 0 ? (float4)(0.0f) : values[i];
+  values[i] = before + (float4)(radiance, 0.0f);
+}
+
+// For the choice of layers: how well a view sees each point of the surface, its cosine, or 0 where it is hidden.
+__kernel void layers_visibility(const View view, __global const uint* restrict depth, const uint n_points,
+                                __global const float4* restrict points, __global float* restrict quality) {
+  const uint i = (uint)get_global_id(0);
+  if (i >= n_points) return;
+  const float3 n = points[2 * i + 1].xyz, film = film_coordinates(view, view_coordinates(view, points[2 * i].xyz));
+  const float cosine = fabs(dot(n, view.back.xyz));
+  const int x = clamp((int)film.x, 0, (int)view.width - 1), y = clamp((int)film.y, 0, (int)view.height - 1);
+  const uint key = depth[(uint)y * view.width + (uint)x];
+  const float q = key == NO_DEPTH ? 0.0f : as_float(~key);
+  // Within the texel the surface itself rises by its slope; 1 texel more forgives the neighbours' curvature.
+  const float rise = (1.0f + 0.7071f * sqrt(1.0f - fmin(cosine * cosine, 1.0f)) / fmax(cosine, 0.05f)) / view.scale;
+  quality[i] = film.z + rise >= q ? cosine : 0.0f;
+}

@@ -1,0 +1,70 @@
+// Pass 3: one level of the layers' bilateral mip chain from the level below.
+//
+// Texels of all levels share one index space: level l of layer k begins at level_first[l] + k * size(l)^2. Each has a
+// geometry (n_g, q) and a slot: where its two values (halves A and B, RGB and coverage) lie, or NO_SLOT if it is empty.
+// Weights come from geometry only, so the filter is linear in the values.
+
+#define NO_SLOT 0xffffffffu
+
+__kernel void pyramids_level(__constant View* views, const uint layers, const uint level,
+                             __constant uint* level_first, const uint size, const uint n_points,
+                             __global float4* geometry, __global uint* slots, __global float4* values) {
+  const uint i = (uint)get_global_id(0);
+  const uint parent_size = (size + 1) / 2, per_layer = parent_size * parent_size;
+  if (i >= layers * per_layer) return;
+  const uint layer = i / per_layer, x = i % parent_size, y = i % per_layer / parent_size;
+  const View view = views[layer];
+  const float texel = (float)(1u << (level - 1)) / view.scale;  // side of a child
+
+  uint slot[4];
+  float3 n[4], at[4];  // normal and place of each child, in the layer's frame relative to the parent's centre
+  float coverage[4];
+  uint children = 0;
+  for (uint c = 0; c < 4; ++c) {
+    const uint cx = 2 * x + (c & 1), cy = 2 * y + (c >> 1);
+    if (cx >= size || cy >= size) continue;
+    const uint child = level_first[level - 1] + (layer * size + cy) * size + cx;
+    if (slots[child] == NO_SLOT) continue;
+    const float4 g = geometry[child];
+    slot[children] = slots[child];
+    n[children] = to_frame(view, g.xyz);
+    at[children] = (float3)(((float)(c & 1) - 0.5f) * texel, ((float)(c >> 1) - 0.5f) * texel, g.w);
+    coverage[children] = level > 1 ? values[2 * slot[children]].w : 1.0f;
+    ++children;
+  }
+  const uint parent = level_first[level] + i;
+  slots[parent] = NO_SLOT;
+  if (children == 0) return;
+
+  // The parent takes after the child that agrees best with all: same facing, same plane.
+  float weight[4], best = -1.0f;
+  for (uint r = 0; r < children; ++r) {
+    float candidate[4], sum = 0.0f;
+    for (uint c = 0; c < children; ++c) {
+      const float facing = fmax(dot(n[r], n[c]), 0.0f), off = dot(at[c] - at[r], n[r]) / texel;
+      candidate[c] = coverage[c] * facing * facing * fmax(1.0f - off * off, 0.0f);
+      sum += candidate[c];
+    }
+    if (sum > best) {
+      best = sum;
+      for (uint c = 0; c < children; ++c) weight[c] = candidate[c];
+    }
+  }
+  float3 normal = (float3)(0.0f), place = (float3)(0.0f);
+  float4 a = (float4)(0.0f), b = (float4)(0.0f);
+  for (uint c = 0; c < children; ++c) {
+    normal += weight[c] * n[c];
+    place += weight[c] * at[c];
+    a += weight[c] * values[2 * slot[c]];
+    b += weight[c] * values[2 * slot[c] + 1];
+  }
+  normal = normalize(normal);
+  place /= best;
+  const float q = place.z + (normal.x * place.x + normal.y * place.y) / fmax(normal.z, MIN_COSINE_OF_REBUILD);
+  const uint parent_slot = n_points + parent - level_first[1];
+  geometry[parent] =
+      (float4)(normal.x * view.right.xyz + normal.y * view.down.xyz + normal.z * view.back.xyz, q);
+  slots[parent] = parent_slot;
+  values[2 * parent_slot] = (float4)(a.xyz / best, best);
+  values[2 * parent_slot + 1] = (float4)(b.xyz / best, best);
+}
