@@ -50,7 +50,7 @@ static RasterTriangle raster_triangle(uint triangle, float3 a, float3 b, float3 
 #if SLOTS > 1
 // Signed distance of a point in view coordinates to plane `k` of near plane and guard band; inside where >= 0.
 static float plane_distance(View view, uint k, float3 c) {
-  const float depth = -c.z, guard = 0.5f * GUARD_PIXELS / view.scale;
+  const float depth = -c.z, guard = (float)GUARD_PIXELS / view.scale;
   if (k == 0) return depth - view.near_distance;
   if (k == 1) return guard * depth - c.x;
   if (k == 2) return guard * depth + c.x;

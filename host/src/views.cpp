@@ -1,0 +1,153 @@
+// Where views stand: fitted orthographic films, pinholes, and the greedy choice of layer directions.
+#include "views.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "error.hpp"
+
+namespace parian {
+namespace {
+
+kernels::float4 to_float4(glm::dvec3 v) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0.0F};
+}
+
+constexpr double guard_pixels = 30000.0;  // the kernels' guard band is 2^15 pixels around the axis
+
+}  // namespace
+
+ObjectSpace object_space(const std::vector<glm::dvec3>& positions) {
+  glm::dvec3 low(INFINITY), high(-INFINITY);
+  for (const auto& p : positions) {
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  ObjectSpace space{0.5 * (low + high), 0.0};
+  double radius2 = 0.0;
+  for (const auto& p : positions) radius2 = std::max(radius2, glm::dot(p - space.centre, p - space.centre));
+  space.radius = std::sqrt(radius2);
+  if (!(space.radius > 0.0) || !std::isfinite(space.radius))
+    throw Error(ErrorKind::input, "the object has no extent; scale it up or check its coordinates");
+  return space;
+}
+
+kernels::View orthographic_view(const std::vector<glm::dvec3>& points, glm::dvec3 towards, std::uint32_t size) {
+  const glm::dvec3 back = glm::normalize(towards);
+  const glm::dvec3 helper = std::abs(back.y) < 0.99 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
+  const glm::dvec3 right = glm::normalize(glm::cross(helper, back));
+  const glm::dvec3 down = -glm::cross(back, right);
+  glm::dvec2 low(INFINITY), high(-INFINITY);
+  for (const auto& p : points) {
+    const glm::dvec2 q(glm::dot(p, right), glm::dot(p, down));
+    low = glm::min(low, q);
+    high = glm::max(high, q);
+  }
+  const double extent = std::max({high.x - low.x, high.y - low.y, 1e-6});
+  kernels::View v{};
+  v.right = to_float4(right);
+  v.down = to_float4(down);
+  v.back = to_float4(back);
+  const double margin = size > 4 ? 2.0 : 0.0;
+  const double scale = (static_cast<double>(size) - margin) / extent;
+  v.scale = static_cast<float>(scale);
+  v.centre_x = static_cast<float>(0.5 * size - scale * 0.5 * (low.x + high.x));
+  v.centre_y = static_cast<float>(0.5 * size - scale * 0.5 * (low.y + high.y));
+  v.width = v.height = size;
+  return v;
+}
+
+kernels::View pinhole_view(const Camera& camera, const ObjectSpace& space, glm::uvec2 film) {
+  const glm::dvec3 eye = (camera.eye - space.centre) / space.radius;
+  const glm::dvec3 direction = camera.target - camera.eye;
+  if (!(glm::length(direction) > 0.0)) throw Error(ErrorKind::input, "camera: eye and target are the same point");
+  const glm::dvec3 back = -glm::normalize(direction);
+  glm::dvec3 right = glm::cross(camera.up, back);
+  if (!(glm::length(right) > 1e-9 * glm::length(camera.up)))
+    right = glm::cross(std::abs(back.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1), back);
+  right = glm::normalize(right);
+  kernels::View v{};
+  v.origin = to_float4(eye);
+  v.right = to_float4(right);
+  v.down = to_float4(-glm::cross(back, right));
+  v.back = to_float4(back);
+  v.scale = static_cast<float>(0.5 * film.y / std::tan(0.5 * camera.fov * std::numbers::pi / 180.0));
+  v.centre_x = 0.5F * static_cast<float>(film.x);
+  v.centre_y = 0.5F * static_cast<float>(film.y);
+  v.near_distance = static_cast<float>(std::max(1e-4 * glm::length(eye), 1e-6));
+  v.width = film.x;
+  v.height = film.y;
+  return v;
+}
+
+bool needs_clipping(const kernels::View& v) {
+  const double distance = std::hypot(v.origin.x, v.origin.y, v.origin.z);
+  const double nearest = distance - 1.0;
+  return nearest <= 2.0 * v.near_distance || v.scale * (1.0 + distance) / nearest > guard_pixels;
+}
+
+std::vector<glm::dvec3> even_directions(std::size_t count) {
+  std::vector<glm::dvec3> directions(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double y = 1.0 - (2.0 * static_cast<double>(i) + 1.0) / static_cast<double>(count);
+    const double r = std::sqrt(1.0 - y * y), phi = static_cast<double>(i) * std::numbers::pi * (3.0 - std::sqrt(5.0));
+    directions[i] = {r * std::cos(phi), y, r * std::sin(phi)};
+  }
+  return directions;
+}
+
+SurfacePoints surface_points(const std::vector<glm::dvec3>& positions, const std::vector<glm::uvec3>& triangles,
+                             std::size_t count) {
+  std::vector<double> cumulated(triangles.size());
+  double area = 0.0;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const glm::dvec3 a = positions[triangles[t].x], b = positions[triangles[t].y], c = positions[triangles[t].z];
+    area += 0.5 * glm::length(glm::cross(b - a, c - a));
+    cumulated[t] = area;
+  }
+  SurfacePoints points;
+  std::size_t t = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double at = area * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
+    while (t + 1 < triangles.size() && cumulated[t] < at) ++t;
+    const glm::dvec3 a = positions[triangles[t].x], b = positions[triangles[t].y], c = positions[triangles[t].z];
+    double u = std::fmod(static_cast<double>(i) * 0.7548776662466927, 1.0);
+    double v = std::fmod(static_cast<double>(i) * 0.5698402909980532, 1.0);
+    if (u + v > 1.0) {
+      u = 1.0 - u;
+      v = 1.0 - v;
+    }
+    points.x.push_back(a + u * (b - a) + v * (c - a));
+    points.n.push_back(glm::normalize(glm::cross(b - a, c - a)));
+  }
+  return points;
+}
+
+std::vector<std::size_t> choose_directions(const std::vector<std::vector<float>>& quality, std::size_t count) {
+  const std::size_t points = quality.empty() ? 0 : quality.front().size();
+  // Being seen at all is worth 1, head-on a little more: coverage first, then resolution.
+  const auto worth = [](float cosine) { return cosine > 0.1F ? 1.0F + 0.5F * cosine : cosine; };
+  std::vector<float> best(points, 0.0F);
+  std::vector<std::size_t> chosen;
+  std::vector<bool> used(quality.size(), false);
+  for (std::size_t k = 0; k < std::min(count, quality.size()); ++k) {
+    std::size_t winner = 0;
+    double most = -1.0;
+    for (std::size_t c = 0; c < quality.size(); ++c) {
+      if (used[c]) continue;
+      double gain = 0.0;
+      for (std::size_t p = 0; p < points; ++p) gain += std::max(worth(quality[c][p]) - best[p], 0.0F);
+      if (gain > most) {
+        most = gain;
+        winner = c;
+      }
+    }
+    used[winner] = true;
+    chosen.push_back(winner);
+    for (std::size_t p = 0; p < points; ++p) best[p] = std::max(best[p], worth(quality[winner][p]));
+  }
+  return chosen;
+}
+
+}  // namespace parian
