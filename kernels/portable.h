@@ -16,6 +16,7 @@
 #define KERNEL_HEADER_END }
 #define SHARED inline
 #define LIT(x) x
+#define CONSTANTS(T) const auto&  // a T, or the same in double
 #define PARALLEL_LIMIT 1e-28  // squared sine below which two directions count as parallel
 #define TINY 1e-280           // squared length below which a vector counts as zero
 
@@ -46,6 +47,7 @@ KERNEL_HEADER_END
 #define KERNEL_HEADER_END
 #define SHARED static inline
 #define LIT(x) (x##f)
+#define CONSTANTS(T) T
 #define PARALLEL_LIMIT 1e-12f
 #define TINY 1e-36f
 

@@ -6,24 +6,24 @@
 KERNEL_HEADER_BEGIN
 
 // One channel of a medium, ready for bssrdf.h; lengths in transport mean free paths (1/sigma_t') of that channel.
-// What z_v, flux and C_E stand for depends on the model that the kernels are built with (see bssrdf.h).
+// What z_v, fluence and scale stand for depends on the model (see bssrdf.h); ior-dependent factors are inside.
+//   sigma_t_prime  reduced extinction per unit of the positions passed in
+//   sigma_tr       effective transport coefficient
+//   d_e            extrapolation length (FHK 21)
+//   z_v            distance of the virtual source from the boundary
+//   a_back         squared distance offset of backlit points (FHK 25)
+//   fluence        weight of the fluence term: C_phi / D
+//   C_E            weight of the flux term
+//   scale          everything constant in front of the dipole, sigma_t'^2 included
+#define MEDIUM_FIELDS(T) T sigma_t_prime, sigma_tr, d_e, z_v, a_back, fluence, C_E, scale;
 typedef struct {
-  float sigma_t_prime;  // reduced extinction per unit of the positions passed in
-  float sigma_tr;       // effective transport coefficient
-  float d_e;            // extrapolation length (FHK 21)
-  float z_v;            // height of the virtual source
-  float a_back;         // squared distance offset of backlit points (FHK 25)
-  float flux;           // weight of the fluence term: 3 C_phi(eta), or C_phi / D
-  float C_E;            // weight of the flux term
-  float scale;          // everything constant in front of the dipole, sigma_t'^2 included
+  MEDIUM_FIELDS(float)
 } Medium;
 
 // Refraction at the boundary; eta_sq_minus_1 comes from double precision, since it cancels near eta = 1.
+#define BOUNDARY_FIELDS(T) T eta_sq, eta_sq_minus_1, pad_0, pad_1;
 typedef struct {
-  float eta;
-  float inv_eta;
-  float eta_sq_minus_1;
-  float pad;
+  BOUNDARY_FIELDS(float)
 } Boundary;
 
 // How a view turns points into film: orthographic (near_distance = 0) or pinhole. Pixel coordinates have their origin
@@ -88,6 +88,17 @@ typedef struct {
   float pad0;
   float pad1;
 } Density;
+
+#ifdef __cplusplus
+// The same constants unrounded, for the double form.
+typedef struct {
+  MEDIUM_FIELDS(double)
+} ExactMedium;
+typedef struct {
+  BOUNDARY_FIELDS(double)
+} ExactBoundary;
+static_assert(sizeof(Medium) == 32 && sizeof(Boundary) == 16);
+#endif
 
 KERNEL_HEADER_END
 #endif

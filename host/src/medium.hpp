@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/types.h"
 #include "scene.hpp"
 
 namespace parian {
@@ -17,17 +18,30 @@ struct FresnelMoments {
 
 /// Derived quantities of one channel, lengths in transport mean free paths (1/sigma_t') unless said otherwise.
 struct ChannelConstants {
-  double sigma_t_prime = 0;  ///< reduced extinction, in the unit of the coefficients given
-  double alpha_prime = 0;    ///< reduced albedo
-  double sigma_tr = 0;       ///< sqrt(3 (1 - alpha'))
-  double d_e = 0;            ///< extrapolation length 2.131 D / sqrt(alpha') (FHK 21)
-  double z_v = 0;            ///< virtual source height 2 A d_e
-  double a_back = 0;         ///< squared backlit offset (sigma_t' / (3 sigma_t))^2 (FHK 25)
+  double sigma_t_prime = 0;                  ///< reduced extinction, in the unit of the coefficients given
+  double alpha_prime = 0;                    ///< reduced albedo
+  double absorbed = 1;                       ///< 1 - alpha', as sigma_a / sigma_t'
+  double sigma_tr = 0;                       ///< sqrt(3 (1 - alpha'))
+  double d_e = 0;                            ///< extrapolation length 2.131 D / sqrt(alpha') (FHK 21)
+  double z_v = 0;                            ///< virtual source height 2 A d_e
+  double a_back = 0;                         ///< squared backlit offset (sigma_t' / (3 sigma_t))^2 (FHK 25)
   double C_phi = 0, C_E = 0, C_phi_inv = 0;  ///< moments at eta, eta, and C_phi at 1/eta
-  double A = 0;              ///< boundary mismatch (1 - C_E) / (2 C_phi)
+  double A = 0;                              ///< boundary mismatch (1 - C_E) / (2 C_phi)
   double eta = 1;
 };
+/// Finite for every input of valid range, where a formula has a limit that is the limit; alpha' below 1e-6 counts as
+/// 1e-6 in d_e and z_v.
 [[nodiscard]] ChannelConstants channel_constants(double sigma_s, double sigma_a, double g, double eta);
+
+/// Throws Error(input) naming the field, prefixed by `place`, unless S_d can be computed for every channel.
+void validate(const Material& material, const std::string& place);
+
+/// What bssrdf.h takes, for positions in units of `unit` lengths (those that the coefficients are inverse to); S then
+/// is in the inverse square of that unit. A channel that doesn't scatter gets scale 0.
+[[nodiscard]] kernels::ExactMedium exact_medium(const ChannelConstants& channel, Model model, double unit);
+[[nodiscard]] kernels::Medium device_medium(const ChannelConstants& channel, Model model, double unit);
+[[nodiscard]] kernels::ExactBoundary exact_boundary(double eta);
+[[nodiscard]] kernels::Boundary boundary(double eta);
 
 /// A row of the table of measured materials that Parian ships.
 struct MeasuredMaterial {

@@ -1,0 +1,254 @@
+#include "medium.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <sstream>
+#include <utility>
+
+#include "embedded.hpp"
+#include "error.hpp"
+
+namespace parian {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+struct Node {
+  double x, weight;
+};
+
+/// Gauss-Legendre rule on [0, 1]: roots of P_n by Newton from Chebyshev-like starts.
+template <int n>
+std::array<Node, n> gauss_nodes() {
+  std::array<Node, n> nodes{};
+  for (int i = 0; i < n; ++i) {
+    double x = std::cos(pi * (i + 0.75) / (n + 0.5));
+    double slope = 1;
+    for (int step = 0; step < 8; ++step) {
+      double before = 1, p = x;  // P_{k-1}, P_k
+      for (int k = 1; k < n; ++k) before = std::exchange(p, ((2 * k + 1) * x * p - k * before) / (k + 1));
+      slope = n * (x * p - before) / (x * x - 1);
+      x -= p / slope;
+    }
+    nodes[static_cast<std::size_t>(i)] = {(1 + x) / 2, 1 / ((1 - x * x) * slope * slope)};
+  }
+  return nodes;
+}
+
+/// F_dr of the standard dipole (Egan and Hilgeman's fit, as Jensen et al. use it), kept where A = (1+F)/(1-F) exists:
+/// the fit passes 1 near eta = 3.8 and near 0.25.
+double diffuse_reflectance_fit(double eta) {
+  const double i = 1 / eta;
+  const double fit = eta >= 1 ? ((-1.440 * i + 0.710) * i + 0.668) + 0.0636 * eta
+                              : -0.4399 + i * (0.7099 + i * (-0.3319 + i * 0.0636));
+  return std::clamp(fit, 0.0, 0.99);
+}
+
+/// `name` as names are compared: without case, spaces, '-' and '_'.
+std::string plain(const std::string& name) {
+  std::string result;
+  for (const char c : name)
+    if (c != ' ' && c != '-' && c != '_') result += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return result;
+}
+
+/// Letters to insert, delete or replace to make `b` of `a`.
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replace = diagonal + (a[i - 1] != b[j - 1]);
+      diagonal = std::exchange(row[j], std::min({row[j] + 1, row[j - 1] + 1, replace}));
+    }
+  }
+  return row.back();
+}
+
+/// The fields of one line of CSV; quotes may surround a field that contains commas.
+std::vector<std::string> csv_fields(const std::string& line) {
+  std::vector<std::string> fields(1);
+  bool quoted = false;
+  for (const char c : line) {
+    if (c == '"')
+      quoted = !quoted;
+    else if (c == ',' && !quoted)
+      fields.emplace_back();
+    else if (c != '\r')
+      fields.back() += c;
+  }
+  return fields;
+}
+
+std::vector<MeasuredMaterial> parse_materials(const char* table) {
+  std::istringstream in(table);
+  std::string line;
+  std::getline(in, line);
+  std::map<std::string, std::size_t> column;
+  for (const std::string& name : csv_fields(line)) column.emplace(name.substr(0, name.find('[')), column.size());
+  std::vector<MeasuredMaterial> rows;
+  while (std::getline(in, line)) {
+    const std::vector<std::string> fields = csv_fields(line);
+    if (fields.size() != column.size()) continue;
+    const auto rgb = [&](const std::string& name) {
+      glm::dvec3 value{};
+      for (int c = 0; c < 3; ++c) {
+        const std::string& text = fields[column.at(name + "_" + "RGB"[c])];
+        value[c] = text.empty() ? 0.0 : std::stod(text);
+      }
+      return value;
+    };
+    const bool reduced_only = fields[column.at("sigma_s_R")].empty();
+    rows.push_back({{.name = fields[column.at("name")],
+                     .sigma_s = rgb(reduced_only ? "sigma_s_prime" : "sigma_s"),
+                     .sigma_a = rgb("sigma_a"),
+                     .g = rgb("g"),
+                     .ior = std::stod(fields[column.at("eta")])},
+                    fields[column.at("dataset")]});
+  }
+  return rows;
+}
+
+}  // namespace
+
+FresnelMoments fresnel_moments(double eta) {
+  // With the transmittance T = 1 - R nothing cancels: C_phi = 1/2 int T mu, C_E = 3/2 int T mu^2, where T is 0 up to
+  // the critical angle. mu = start + (1 - start) t^2 removes the root there; near eta = 1 the other branch point comes
+  // close, hence panels that shrink towards t = 0.
+  static const std::array<Node, 20> nodes = gauss_nodes<20>();
+  const double inv_sq = 1 / (eta * eta);
+  const double critical_sq = (eta - 1) * (eta + 1) * inv_sq;
+  const double start = std::sqrt(std::max(critical_sq, 0.0));
+  FresnelMoments moments{0, 0};
+  constexpr int panels = 12;
+  for (int panel = 0; panel < panels; ++panel) {
+    const double right = std::ldexp(1.0, -2 * panel);
+    const double left = panel + 1 < panels ? right / 4 : 0.0;
+    for (const Node& node : nodes) {
+      const double t = left + (right - left) * node.x;
+      const double above = (1 - start) * t * t;  // mu - start
+      const double mu = start + above;
+      const double q = std::sqrt(critical_sq > 0 ? above * (mu + start) : mu * mu - critical_sq);
+      const double T = 2 * mu * q * (1 / ((mu + q) * (mu + q)) + inv_sq / ((mu * inv_sq + q) * (mu * inv_sq + q)));
+      const double weight = node.weight * (right - left) * 2 * (1 - start) * t;
+      moments.C_phi += 0.5 * weight * T * mu;
+      moments.C_E += 1.5 * weight * T * mu * mu;
+    }
+  }
+  return moments;
+}
+
+ChannelConstants channel_constants(double sigma_s, double sigma_a, double g, double eta) {
+  const double sigma_s_prime = (1 - g) * sigma_s;
+  ChannelConstants c;
+  c.eta = eta;
+  c.sigma_t_prime = sigma_s_prime + sigma_a;
+  if (c.sigma_t_prime > 0) {
+    c.alpha_prime = sigma_s_prime / c.sigma_t_prime;
+    c.absorbed = sigma_a / c.sigma_t_prime;
+    const double offset = c.sigma_t_prime / (3 * (sigma_s + sigma_a));
+    c.a_back = offset * offset;
+  }
+  const FresnelMoments inside = fresnel_moments(eta);
+  c.C_phi = inside.C_phi;
+  c.C_E = inside.C_E;
+  c.C_phi_inv = fresnel_moments(1 / eta).C_phi;
+  c.A = (1 - c.C_E) / (2 * c.C_phi);
+  c.sigma_tr = std::sqrt(3 * c.absorbed);
+  c.d_e = 2.131 / 3 / std::sqrt(std::max(c.alpha_prime, 1e-6));
+  c.z_v = 2 * c.A * c.d_e;
+  return c;
+}
+
+void validate(const Material& material, const std::string& place) {
+  const auto fail = [&](const std::string& what) { throw Error(ErrorKind::input, place + ": " + what); };
+  if (!(material.ior > 0) || !std::isfinite(material.ior))
+    fail(fmt::format("ior is {}; give a number above 0", material.ior));
+  for (int c = 0; c < 3; ++c) {
+    const auto check = [&](const char* name, double value, double low, double high) {
+      if (!(value >= low && value <= high))
+        fail(fmt::format("{} is {} in channel {}; give a number from {} to {}", name, value, "RGB"[c], low, high));
+    };
+    // Beyond these, squares of coefficients leave the range of float32.
+    check("sigma_s", material.sigma_s[c], 0, 1e15);
+    check("sigma_a", material.sigma_a[c], 0, 1e15);
+    check("g", material.g[c], -1, 1);
+    const double reduced = (1 - material.g[c]) * material.sigma_s[c] + material.sigma_a[c];
+    if (!(reduced >= 1e-15))
+      fail(fmt::format("sigma_s (1 - g) + sigma_a is {} in channel {}; give it scattering or absorption", reduced,
+                       "RGB"[c]));
+  }
+}
+
+kernels::ExactMedium exact_medium(const ChannelConstants& channel, Model model, double unit) {
+  kernels::ExactMedium m{};
+  m.sigma_t_prime = channel.sigma_t_prime * unit;
+  m.sigma_tr = channel.sigma_tr;
+  m.a_back = channel.a_back;
+  m.d_e = channel.d_e;
+  m.C_E = channel.C_E;
+  const double square = m.sigma_t_prime * m.sigma_t_prime;
+  const double per_exitance = 1 / (16 * pi * pi * channel.C_phi_inv);  // 1/(4 pi) of diffusion, 1/(4 pi C_phi(1/eta))
+  switch (model) {
+    case Model::directional:
+      m.z_v = channel.z_v;
+      m.fluence = 3 * channel.C_phi;
+      m.scale = channel.alpha_prime > 0 ? square * per_exitance : 0;
+      break;
+    case Model::standard: {
+      const double F = diffuse_reflectance_fit(channel.eta);
+      m.z_v = 1 + 4.0 / 3 * (1 + F) / (1 - F);
+      m.scale = square * channel.alpha_prime / (4 * pi * pi);
+      break;
+    }
+    case Model::better: {
+      const double D = (1 + channel.absorbed) / 3;  // Grosjean
+      m.sigma_tr = std::sqrt(channel.absorbed / D);
+      m.z_v = 1 + 4 * channel.A * D;
+      m.fluence = channel.C_phi / D;
+      m.scale = square * channel.alpha_prime * channel.alpha_prime * per_exitance;
+      break;
+    }
+  }
+  return m;
+}
+
+kernels::Medium device_medium(const ChannelConstants& channel, Model model, double unit) {
+  const kernels::ExactMedium m = exact_medium(channel, model, unit);
+  const auto f = [](double x) { return static_cast<float>(x); };
+  return {f(m.sigma_t_prime), f(m.sigma_tr), f(m.d_e), f(m.z_v), f(m.a_back), f(m.fluence), f(m.C_E), f(m.scale)};
+}
+
+kernels::ExactBoundary exact_boundary(double eta) { return {eta * eta, (eta - 1) * (eta + 1), 0, 0}; }
+
+kernels::Boundary boundary(double eta) {
+  const kernels::ExactBoundary b = exact_boundary(eta);
+  return {static_cast<float>(b.eta_sq), static_cast<float>(b.eta_sq_minus_1), 0, 0};
+}
+
+const std::vector<MeasuredMaterial>& measured_materials() {
+  static const std::vector<MeasuredMaterial> materials = parse_materials(materials_table);
+  return materials;
+}
+
+Material find_material(const std::string& name) {
+  const std::string wanted = plain(name);
+  std::vector<std::pair<std::size_t, std::string>> others;
+  for (const MeasuredMaterial& row : measured_materials()) {
+    const std::string have = plain(row.material.name);
+    if (have == wanted) return row.material;
+    others.emplace_back(edit_distance(wanted, have), row.material.name);
+  }
+  std::partial_sort(others.begin(), others.begin() + 3, others.end());
+  throw Error(ErrorKind::input, fmt::format("material '{}': not among the measured materials; the nearest names are "
+                                            "{}, {} and {}",
+                                            name, others[0].second, others[1].second, others[2].second));
+}
+
+}  // namespace parian

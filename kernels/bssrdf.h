@@ -1,0 +1,179 @@
+// How a translucent surface passes light on: Fresnel boundary, geometry of a dipole, and three dipole models.
+// FHK: Frisvad, Hachisuka, Kjeldsen, Directional Dipole Model for Subsurface Scattering, 2014. Directions are unit.
+#ifndef PARIAN_BSSRDF_H
+#define PARIAN_BSSRDF_H
+#include "portable.h"
+#include "types.h"
+
+// Model that bssrdf() evaluates: 0 directional, 1 standard, 2 better. A device has no code of the others.
+#ifndef MODEL
+#define MODEL 0
+#endif
+
+KERNEL_HEADER_BEGIN
+
+// --- Boundary ---
+
+// cos of the refracted angle times eta: sqrt(eta^2 - sin^2), 0 beyond total reflection.
+SHARED real refracted_cosine(real cos_outside, CONSTANTS(Boundary) b) {
+  return real_sqrt(real_max(b.eta_sq_minus_1 + cos_outside * cos_outside, real_splat(LIT(0.0))));
+}
+
+// T = 1 - R, unpolarised, from the cosine outside (FHK's T12 and T21). Fresnel's equations as 1 - r^2 = 4ab/(a+b)^2,
+// which doesn't cancel when grazing; 0 from behind.
+SHARED real fresnel_transmittance(real cos_outside, CONSTANTS(Boundary) b) {
+  const real c = real_max(cos_outside, real_splat(LIT(0.0)));
+  const real q = refracted_cosine(c, b);
+  const real c_p = c * b.eta_sq;
+  const real s = LIT(1.0) / real_max(c + q, real_splat(LIT(1e-30)));
+  const real p = LIT(1.0) / real_max(c_p + q, real_splat(LIT(1e-30)));
+  return real_min(LIT(2.0) * ((c * s) * (q * s) + (c_p * p) * (q * p)), real_splat(LIT(1.0)));
+}
+
+// w12: the direction into the medium of light that comes from w_i (Snell). Under total reflection, where the
+// transmittance is 0, a tangent.
+SHARED real3 refract_into(real3 w_i, real3 n, CONSTANTS(Boundary) b) {
+  const real c = real3_dot(w_i, n);
+  return real3_normalize(real3_sub(real3_scale(n, c - refracted_cosine(c, b)), w_i));
+}
+
+// The axis that v is least aligned with, the first of equals.
+SHARED real3 least_aligned_axis(real3 v) {
+  const real x = real_abs(v.x), y = real_abs(v.y), z = real_abs(v.z);
+  const real zero = real_splat(LIT(0.0)), one = real_splat(LIT(1.0));
+  const real3 of_two = real3_select(y < x, real3_make(zero, one, zero), real3_make(one, zero, zero));
+  return real3_select(z < real_min(x, y), real3_make(zero, zero, one), of_two);
+}
+
+// The unit vector normal to d nearest to n: d x (n x d) / |n x d| (FHK 23). For n parallel to d, nearest to an axis.
+SHARED real3 normal_part(real3 n, real3 d) {
+  const real3 c = real3_cross(n, d);
+  const mask parallel = real3_dot(c, c) < PARALLEL_LIMIT;
+  return real3_normalize(real3_cross(d, real3_select(parallel, real3_cross(least_aligned_axis(d), d), c)));
+}
+
+// n, bent towards w where that is needed to make n.w = 0.01.
+SHARED real3 bend_normal(real3 n, real3 w) {
+  const real3 bent =
+      real3_madd(real3_scale(w, real_splat(LIT(0.01))), normal_part(n, w), real_splat(LIT(0.99994999875)));
+  return real3_select(real3_dot(n, w) < LIT(0.01), bent, n);
+}
+
+// --- Geometry ---
+
+// What all channels share of a pair of points, x = x_o - x_i in any unit, w = w12, n* the modified normal.
+typedef struct {
+  real r2;      // |x|^2
+  real x_w;     // x.w
+  real x_n;     // x.n_o
+  real across;  // |x cross w|
+  real w_n;     // w.n_o
+  real s_w;     // n*.w
+  real s_n;     // n*.n_o
+} DipoleGeometry;
+
+SHARED DipoleGeometry dipole_geometry(real3 x, real3 w12, real3 n_i, real3 n_o) {
+  DipoleGeometry g;
+  g.r2 = real3_dot(x, x);
+  const real3 unit_x = real3_scale(x, real_rsqrt(real_max(g.r2, real_splat(TINY))));
+  const real3 n_star = real3_select(g.r2 < TINY, n_i, normal_part(n_i, unit_x));
+  const real3 x_cross_w = real3_cross(x, w12);
+  g.x_w = real3_dot(x, w12);
+  g.x_n = real3_dot(x, n_o);
+  g.across = real_sqrt(real3_dot(x_cross_w, x_cross_w));
+  g.w_n = real3_dot(w12, n_o);
+  g.s_w = real3_dot(n_star, w12);
+  g.s_n = real3_dot(n_star, n_o);
+  return g;
+}
+
+// --- Models: S without Fresnel factors, in the inverse square of the unit of x; never negative ---
+
+// exp(-t), t cut off where float32 has nothing left.
+SHARED real attenuation(real t) { return real_exp(-real_min(t, real_splat(LIT(100.0)))); }
+
+// (1 + sigma d) / d^3 from u = 1/d.
+SHARED real dipole_gradient(real u, real sigma) { return u * u * (u + sigma); }
+
+#if defined(__cplusplus) || MODEL == 0
+// FHK 24, 25: squared real-source distance minus r^2, in mean free paths. The floor keeps 1/d^5 in range.
+SHARED real real_source_offset(CONSTANTS(Medium) m, real r2, real across, real mu0) {
+  const real third = mu0 * LIT(0.33333333333333333);
+  const real lit = third * (third + LIT(2.0) * m.d_e * across * real_rsqrt(r2 + m.d_e * m.d_e));
+  return real_max(real_select(mu0 > LIT(0.0), lit, real_splat(m.a_back)), real_splat(LIT(1e-12)));
+}
+
+// FHK 20, 26, real minus virtual source with the difference taken analytically, since both nearly cancel far away and
+// at high albedo: every D.. is real minus virtual, exactly. Dot products of the virtual source follow from n* being
+// normal to x.
+SHARED real directional_dipole(CONSTANTS(Medium) m, DipoleGeometry g) {
+  const real sigma = real_splat(m.sigma_tr);
+  const real r2 = g.r2 * m.sigma_t_prime * m.sigma_t_prime;
+  const real x_w = g.x_w * m.sigma_t_prime;
+  const real x_n = g.x_n * m.sigma_t_prime;
+
+  const real a_r = real_source_offset(m, r2, g.across * m.sigma_t_prime, -g.w_n);
+  const real a_v = real_splat(m.z_v * m.z_v);
+  const real d_r = real_sqrt(r2 + a_r), d_v = real_sqrt(r2 + a_v);
+  const real u = LIT(1.0) / d_r, v = LIT(1.0) / d_v;
+  const real delta = (a_v - a_r) / (d_r + d_v);  // d_v - d_r
+  const real Du = delta * u * v;
+
+  const real Dx_w = -m.z_v * g.s_w, Dx_n = m.z_v * g.s_n, Dw_n = LIT(2.0) * g.s_w * g.s_n;
+  const real x_w_v = x_w - Dx_w, x_n_v = x_n - Dx_n, w_n_v = g.w_n - Dw_n;
+
+  const real u2 = u * u, v2 = v * v, uv = u * v;
+  const real s1 = u + v, s2 = u2 + uv + v2, s3 = s1 * (u2 + v2);
+  const real s4 = (u2 + v2) * s2 - u2 * v2;
+  const real G_v = dipole_gradient(v, sigma), DG = Du * (s2 + sigma * s1);
+  const real H_v = v2 * v * (LIT(3.0) * (v2 + sigma * v) + sigma * sigma);  // (3(1 + sigma d) + (sigma d)^2) / d^5
+  const real DH = Du * (LIT(3.0) * (s4 + sigma * s3) + sigma * sigma * s2);
+
+  const real B_v = m.fluence * (v + G_v * x_w_v) + m.C_E * (G_v * (x_n_v - w_n_v) + H_v * x_w_v * x_n_v);
+  const real DB =
+      m.fluence * (Du + DG * x_w + G_v * Dx_w) +
+      m.C_E * (DG * (x_n - g.w_n) + G_v * (Dx_n - Dw_n) + DH * x_w * x_n + H_v * (x_w * Dx_n + x_n_v * Dx_w));
+  const real S = m.scale * (attenuation(sigma * d_r) * (DB - real_expm1(-sigma * delta) * B_v));
+  return real_max(S, real_splat(LIT(0.0)));
+}
+#endif
+
+#if defined(__cplusplus) || MODEL == 1
+// R_d / pi of Jensen et al., A Practical Model for Subsurface Light Transport, 2001; z_r = 1.
+SHARED real standard_dipole(CONSTANTS(Medium) m, DipoleGeometry g) {
+  const real r2 = g.r2 * m.sigma_t_prime * m.sigma_t_prime;
+  const real sigma = real_splat(m.sigma_tr);
+  const real d_r = real_sqrt(r2 + LIT(1.0)), d_v = real_sqrt(r2 + m.z_v * m.z_v);
+  return m.scale * (attenuation(sigma * d_r) * dipole_gradient(LIT(1.0) / d_r, sigma) +
+                    m.z_v * (attenuation(sigma * d_v) * dipole_gradient(LIT(1.0) / d_v, sigma)));
+}
+#endif
+
+#if defined(__cplusplus) || MODEL == 2
+// R_d / (4 pi C_phi(1/eta)) of d'Eon, A Better Dipole, 2012, with Grosjean's D; z_r = 1, the fluence terms of both
+// sources subtracted analytically.
+SHARED real better_dipole(CONSTANTS(Medium) m, DipoleGeometry g) {
+  const real r2 = g.r2 * m.sigma_t_prime * m.sigma_t_prime;
+  const real sigma = real_splat(m.sigma_tr);
+  const real d_r = real_sqrt(r2 + LIT(1.0)), d_v = real_sqrt(r2 + m.z_v * m.z_v);
+  const real u = LIT(1.0) / d_r, v = LIT(1.0) / d_v;
+  const real delta = (m.z_v - LIT(1.0)) * (m.z_v + LIT(1.0)) / (d_r + d_v);
+  const real flux = attenuation(sigma * d_r) * dipole_gradient(u, sigma) +
+                    m.z_v * (attenuation(sigma * d_v) * dipole_gradient(v, sigma));
+  const real fluence = attenuation(sigma * d_r) * (delta * u * v - real_expm1(-sigma * delta) * v);
+  return m.scale * (m.C_E * flux + m.fluence * fluence);
+}
+#endif
+
+SHARED real bssrdf(CONSTANTS(Medium) m, DipoleGeometry g) {
+#if MODEL == 0
+  return directional_dipole(m, g);
+#elif MODEL == 1
+  return standard_dipole(m, g);
+#else
+  return better_dipole(m, g);
+#endif
+}
+
+KERNEL_HEADER_END
+#endif
