@@ -45,7 +45,7 @@ static float4 texel_weights(Layers layers, uint layer, uint level, float3 x, flo
     texel[c] = 0;
     if (tx < 0 || ty < 0 || tx >= extent || ty >= extent) continue;
     texel[c] = first + (uint)(ty * extent + tx);
-    if (layers.slots[texel[c]] == 0xffffffffu) continue;
+    if (layers.slots[texel[c]] == NO_SLOT) continue;
     const float4 g = layers.geometry[texel[c]];
     const float3 away = view.right.xyz * (((float)tx - u) * size) + view.down.xyz * (((float)ty - v) * size) +
                         view.back.xyz * (g.w - film.z);

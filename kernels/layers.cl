@@ -8,6 +8,7 @@
 
 #define PI_F 3.14159265358979f
 #define MAX_LEVELS 16
+#define NO_SLOT 0xffffffffu  // of a texel without values
 
 #if VW == 1
 #define LANES 0u
@@ -240,20 +241,23 @@ static Transport make_transport(__constant Light* lights, __global const float4*
   return t;
 }
 
-// Geometry of every texel of one layer: (n_g, q), q = 0 where the layer is empty.
+// Geometry of every texel of one layer, (n_g, q), its triangle, and slot 0 (covered) or NO_SLOT (empty).
 __kernel void layers_resolve(const View view, __global const uint* restrict ids,
                              __global const float4* restrict positions, __global const uint* restrict triangles,
                              __global const float* restrict normals, const uint first,
-                             __global float4* restrict geometry) {
+                             __global uint* restrict layer_ids, __global float4* restrict geometry,
+                             __global uint* restrict slots) {
   const uint i = (uint)get_global_id(0);
   if (i >= view.width * view.height) return;
   float4 texel = (float4)(0.0f);
-  if (ids[first + i] != NO_TRIANGLE) {
+  if (ids[i] != NO_TRIANGLE) {
     const float px = (float)(i % view.width) + 0.5f, py = (float)(i / view.width) + 0.5f;
-    const Surface s = surface_at(view, px, py, ids[first + i], positions, triangles, normals);
+    const Surface s = surface_at(view, px, py, ids[i], positions, triangles, normals);
     texel = (float4)(s.n_g, dot(s.x - view.origin.xyz, view.back.xyz) + 2.0f);
   }
+  layer_ids[first + i] = ids[i];
   geometry[first + i] = texel;
+  slots[first + i] = ids[i] != NO_TRIANGLE ? 0 : NO_SLOT;
 }
 
 // The needed texels' points: (x, texel) and (n_s, 0), and for each light where their samples are centred.

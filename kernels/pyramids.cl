@@ -4,8 +4,6 @@
 // geometry (n_g, q) and a slot: where its two values (halves A and B, RGB and coverage) lie, or NO_SLOT if it is empty.
 // Weights come from geometry only, so the filter is linear in the values.
 
-#define NO_SLOT 0xffffffffu
-
 __kernel void pyramids_level(__constant View* views, const uint layers, const uint level,
                              __constant uint* level_first, const uint size, const uint n_points,
                              __global float4* geometry, __global uint* slots, __global float4* values) {

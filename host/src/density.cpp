@@ -1,0 +1,75 @@
+// G(t) is cumulated from far to near in log space, since exp(-sigma t) leaves any number range, then inverted.
+#include "density.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace parian {
+namespace {
+
+constexpr double power = 2.1;         // measured: 2.0 to 2.25 do equally well
+constexpr double exponent_range = 80; // what lies farther below the start is nothing to float32
+constexpr int grid_steps = 8192;
+constexpr std::uint32_t entries = 1024;
+
+double log_integrand(double log_s, double sigma) { return (2.0 - power) * log_s - sigma * std::exp(log_s); }
+
+/// Simpson's rule for the integral over one step of log s, as a logarithm.
+double log_step(double a, double b, double sigma) {
+  const double fa = log_integrand(a, sigma), fm = log_integrand(0.5 * (a + b), sigma), fb = log_integrand(b, sigma);
+  const double top = std::max({fa, fm, fb});
+  return top + std::log((std::exp(fa - top) + 4.0 * std::exp(fm - top) + std::exp(fb - top)) * (b - a) / 6.0);
+}
+
+double log_add(double a, double b) {
+  const double top = std::max(a, b);
+  return top + std::log1p(std::exp(std::min(a, b) - top));
+}
+
+}  // namespace
+
+DensityTable density_table(const std::vector<kernels::Medium>& media, double disc_radius) {
+  double sigma = INFINITY;  // per object unit
+  std::vector<double> sigma_t;
+  for (const auto& m : media) {
+    sigma = std::min(sigma, double{m.sigma_tr} * m.sigma_t_prime);
+    sigma_t.push_back(m.sigma_t_prime);
+  }
+  std::nth_element(sigma_t.begin(), sigma_t.begin() + static_cast<std::ptrdiff_t>(sigma_t.size() / 2), sigma_t.end());
+  const double D = 1.0 / (3.0 * sigma_t[sigma_t.size() / 2]);
+  // The object's diameter is 2: farther than that nothing can be lit, and a wider density is as good as flat.
+  const double h_min = std::min(1.5 * D, 2.0);
+  const double rho_max = std::min(1.001 * std::sqrt(h_min * h_min + 8.0), h_min + exponent_range / std::max(sigma, 1e-9));
+  const double a = std::log(h_min * 0.999), b = std::log(rho_max), step = (b - a) / grid_steps;
+
+  std::vector<double> log_G(grid_steps + 1);  // of exp(a + i step)
+  double tail = -INFINITY;                    // beyond rho_max, out to where the integrand has fallen away
+  const double far_end = b + 1.0;
+  for (int i = 512; i-- > 0;) {
+    const double s0 = b + (far_end - b) * i / 512.0, s1 = b + (far_end - b) * (i + 1) / 512.0;
+    tail = log_add(log_step(s0, s1, sigma), tail);
+  }
+  log_G[grid_steps] = tail;
+  for (int i = grid_steps; i-- > 0;) log_G[i] = log_add(log_step(a + i * step, a + (i + 1) * step, sigma), log_G[i + 1]);
+
+  DensityTable table;
+  table.log_rho.resize(entries);
+  const double low = log_G[grid_steps], spacing = (log_G[0] - low) / (entries - 1);
+  int cell = grid_steps - 1;
+  for (std::uint32_t e = 0; e < entries; ++e) {
+    const double y = low + spacing * e;
+    while (cell > 0 && log_G[cell] < y) --cell;
+    const double f = std::clamp((y - log_G[cell + 1]) / (log_G[cell] - log_G[cell + 1]), 0.0, 1.0);
+    table.log_rho[e] = static_cast<float>(a + step * (cell + 1 - f));
+  }
+  auto& p = table.parameters;
+  p.log_G_min = static_cast<float>(low);
+  p.inverse_step = static_cast<float>(1.0 / spacing);
+  p.entries = entries;
+  p.h_min = static_cast<float>(h_min);
+  p.sigma = static_cast<float>(std::max(sigma, 1e-3));
+  p.radius = static_cast<float>(disc_radius > 0.0 ? disc_radius : std::min(2.0, 8.0 / std::max(sigma, 1e-9)));
+  return table;
+}
+
+}  // namespace parian

@@ -1,0 +1,20 @@
+// The radial density of samples around a point's nearest lit texel, tabulated in double.
+#pragma once
+#include <vector>
+
+#include "kernels/types.h"
+#include "scene.hpp"
+
+namespace parian {
+
+struct DensityTable {
+  kernels::Density parameters{};
+  std::vector<float> log_rho;  ///< over equal steps of log G, largest rho first
+};
+
+/// `media` in object units, at least one. G(t) = integral from t to infinity of s^(1-p) exp(-sigma_tr s) ds with
+/// p = 2.1 and the smallest sigma_tr of the media, D of the middle one; `disc_radius` in object units, 0 for the
+/// default of eight effective mean free paths, at most the object.
+[[nodiscard]] DensityTable density_table(const std::vector<kernels::Medium>& media, double disc_radius);
+
+}  // namespace parian

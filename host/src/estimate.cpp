@@ -1,0 +1,30 @@
+// Sums in double, so that a million pixels lose nothing.
+#include "estimate.hpp"
+
+#include <algorithm>
+
+namespace parian {
+
+double estimated_relmse(const Halves& h) {
+  double mean = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < h.alpha.size(); ++i) {
+    if (h.alpha[i] < 0.999F) continue;
+    for (int c = 0; c < 3; ++c) mean += 0.5 * (double{h.a[i][c]} + double{h.b[i][c]});
+    count += 3;
+  }
+  if (count == 0 || !(mean > 0.0)) return 0.0;
+  const double epsilon = 0.01 * mean / static_cast<double>(count);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < h.alpha.size(); ++i) {
+    if (h.alpha[i] < 0.999F) continue;
+    for (int c = 0; c < 3; ++c) {
+      const double a = h.a[i][c], b = h.b[i][c], shown = 0.5 * (a + b);
+      const double squared = 0.25 * (a - b) * (a - b) + (a - double{h.a0[i][c]}) * (b - double{h.b0[i][c]});
+      sum += squared / (shown * shown + epsilon * epsilon);
+    }
+  }
+  return std::max(sum / static_cast<double>(count), 0.0);
+}
+
+}  // namespace parian

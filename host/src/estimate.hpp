@@ -1,0 +1,18 @@
+// From the film's halves to the image and to its estimated error; the definitions are in docs/method.md.
+#pragma once
+#include <glm/glm.hpp>
+#include <vector>
+
+namespace parian {
+
+/// Halves A and B of one image at the level shown and at level 0, per pixel, premultiplied by coverage.
+struct Halves {
+  std::vector<glm::vec3> a, b, a0, b0;
+  std::vector<float> alpha;
+};
+
+/// Estimated relMSE: the mean over pixels with alpha >= 0.999 and over RGB of ((A-B)^2/4 + (A-A0)(B-B0)) / (C^2+eps^2),
+/// C = (A+B)/2, eps = 0.01 x mean of C; at least 0, and 0 where there is no such pixel or no light.
+[[nodiscard]] double estimated_relmse(const Halves& h);
+
+}  // namespace parian

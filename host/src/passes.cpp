@@ -1,0 +1,212 @@
+// Launches of the four passes, in their order.
+#include "passes.hpp"
+
+#include <algorithm>
+
+#include "kernels/raster.h"
+#include "kernels/sampling.h"
+
+namespace parian {
+namespace {
+
+constexpr std::size_t large_items = 1024;    // work-items that draw large triangles
+constexpr std::size_t direct_items = 16384;  // work-items that work off the pixels no layer sees
+
+std::size_t pixels(const kernels::Window& w) { return std::size_t{w.width} * w.height; }
+
+kernels::Window whole(const kernels::View& v, glm::ivec2 sample = {128, 128}) {
+  kernels::Window w{};
+  w.width = v.width;
+  w.height = v.height;
+  w.sample_x = sample.x;
+  w.sample_y = sample.y;
+  return w;
+}
+
+}  // namespace
+
+glm::ivec2 subpixel_position(std::uint32_t i, std::uint32_t start) {
+  const std::uint32_t u = i * R2_STEP_U + kernels::hash(start), v = i * R2_STEP_V + kernels::hash(start ^ 0x68bc21ebU);
+  return {static_cast<int>(u >> 24), static_cast<int>(v >> 24)};
+}
+
+void upload_geometry(Passes& p, const Mesh& mesh) {
+  std::vector<kernels::float4> positions;
+  positions.reserve(mesh.positions.size());
+  for (const glm::dvec3& x : mesh.positions) {
+    const glm::vec3 o((x - p.plan.space.centre) / p.plan.space.radius);
+    positions.push_back({o.x, o.y, o.z, 1.0F});
+  }
+  std::vector<cl_uint> triangles;
+  triangles.reserve(3 * mesh.triangles.size());
+  for (const glm::uvec3& t : mesh.triangles) triangles.insert(triangles.end(), {t.x, t.y, t.z});
+  std::vector<float> normals;
+  normals.reserve(3 * mesh.normals.size());
+  for (const glm::vec3& n : mesh.normals) normals.insert(normals.end(), {n.x, n.y, n.z});
+  Geometry& g = p.geometry;
+  g.positions = p.compute.upload(positions);
+  g.triangles = p.compute.upload(triangles);
+  g.normals = p.compute.upload(normals);
+  g.n_triangles = static_cast<cl_uint>(mesh.triangles.size());
+  g.n_records = g.n_triangles * p.plan.slots;
+  g.records = p.compute.buffer<kernels::RasterTriangle>(g.n_records);
+  g.large = p.compute.buffer<cl_uint>(g.n_records);
+  g.n_large = p.compute.buffer<cl_uint>(1);
+}
+
+void setup_view(Passes& p, const kernels::View& view, Stage stage) {
+  const Geometry& g = p.geometry;
+  p.compute.launch("raster_setup", g.n_triangles, stage, view, g.positions, g.triangles, g.n_triangles, g.records);
+}
+
+void draw(Passes& p, const kernels::Window& window, const cl::Buffer& depth, const cl::Buffer* ids, Stage stage) {
+  const Geometry& g = p.geometry;
+  p.compute.fill(depth, NO_DEPTH, pixels(window));
+  p.compute.fill(g.n_large, 0, 1);
+  p.compute.launch("raster_depth", g.n_records, stage, window, g.records, g.n_records, g.n_large, g.large, depth);
+  p.compute.launch("raster_depth_large", large_items, stage, window, g.records, g.n_large, g.large, depth);
+  if (!ids) return;
+  p.compute.fill(*ids, NO_TRIANGLE, pixels(window));
+  p.compute.launch("raster_ids", g.n_records, stage, window, g.records, g.n_records, depth, *ids);
+  p.compute.launch("raster_ids_large", large_items, stage, window, g.records, g.n_large, g.large, depth, *ids);
+}
+
+void make_light_maps(Passes& p, const std::vector<glm::dvec3>& points, std::uint32_t size) {
+  LightMaps& m = p.light_maps;
+  m.size = size;
+  const std::size_t texels = std::size_t{size} * size;
+  const std::vector<std::uint32_t> first = mip_offsets(size, 1);
+  m.levels = static_cast<cl_uint>(first.size() - 1);
+  for (std::size_t l = 0; l < p.plan.lights.size(); ++l) {
+    const PlannedLight& planned = p.plan.lights[l];
+    kernels::Light light{};
+    light.view = orthographic_view(points, planned.light.towards, size);
+    const glm::dvec3 e = planned.light.irradiance / static_cast<double>(planned.samples);
+    light.irradiance = {static_cast<float>(e.x), static_cast<float>(e.y), static_cast<float>(e.z), 0.0F};
+    light.samples = planned.samples;
+    light.map = static_cast<cl_uint>(2 * l * texels);
+    light.extent = static_cast<cl_uint>(l * first.back());
+    m.lights.push_back(light);
+  }
+  m.lights_buffer = p.compute.upload(m.lights);
+  m.map = p.compute.buffer<kernels::float4>(4 * texels * m.lights.size());
+  m.extent = p.compute.buffer<cl_float2>(first.back() * m.lights.size());
+  m.level_first = p.compute.upload(first);
+  m.depth = p.compute.buffer<cl_uint>(texels);
+  m.ids = p.compute.buffer<cl_uint>(texels);
+}
+
+void draw_light_maps(Passes& p, std::uint32_t epoch, bool shift) {
+  LightMaps& m = p.light_maps;
+  const Geometry& g = p.geometry;
+  const cl_uint texels = m.size * m.size;
+  for (std::size_t l = 0; l < m.lights.size(); ++l) {
+    kernels::Light& light = m.lights[l];
+    setup_view(p, light.view, Stage::light_map);
+    for (std::uint32_t half = 0; half < 2; ++half) {
+      const std::uint32_t start = kernels::hash_combine(p.seed, static_cast<std::uint32_t>(2 * l + half));
+      const kernels::Window window = whole(light.view, shift ? subpixel_position(epoch, start) : glm::ivec2(128));
+      light.sample_x[half] = static_cast<float>(window.sample_x) / SUBPIXELS;
+      light.sample_y[half] = static_cast<float>(window.sample_y) / SUBPIXELS;
+      draw(p, window, m.depth, &m.ids, Stage::light_map);
+      p.compute.launch("light_map_resolve", texels, Stage::light_map, light.view, window, m.ids, g.positions,
+                       g.triangles, g.normals, light.map + half * texels, m.map);
+    }
+    if (epoch > 0) continue;
+    p.compute.launch("light_map_extent", texels, Stage::light_map, texels, m.map, light.map, m.extent, light.extent);
+    const std::vector<std::uint32_t> first = mip_offsets(m.size, 1);
+    for (cl_uint level = 1, size = m.size; level < m.levels; ++level, size = (size + 1) / 2)
+      p.compute.launch("light_map_extent_up", std::size_t{(size + 1) / 2} * ((size + 1) / 2), Stage::light_map, size,
+                       light.extent + first[level - 1], light.extent + first[level], m.extent);
+  }
+  p.compute.write(m.lights_buffer, m.lights);
+}
+
+void make_layers(Passes& p, const std::vector<kernels::View>& views, std::uint32_t size, bool pyramids) {
+  Layers& k = p.layers;
+  const Geometry& g = p.geometry;
+  k.views = views;
+  k.size = size;
+  k.level_first = mip_offsets(size, k.count());
+  if (!pyramids) k.level_first.resize(2);
+  k.levels = static_cast<cl_uint>(k.level_first.size() - 1);
+  const cl_uint texels = size * size;
+  k.views_buffer = p.compute.upload(views);
+  k.level_first_buffer = p.compute.upload(k.level_first);
+  k.depth = p.compute.buffer<cl_uint>(texels);
+  k.ids = p.compute.buffer<cl_uint>(std::size_t{texels} * views.size());
+  k.geometry = p.compute.buffer<kernels::float4>(k.level_first.back());
+  k.slots = p.compute.buffer<cl_uint>(k.level_first.back());
+  cl::Buffer ids = p.compute.buffer<cl_uint>(texels);
+  for (cl_uint layer = 0; layer < k.count(); ++layer) {
+    setup_view(p, views[layer], Stage::layers);
+    draw(p, whole(views[layer]), k.depth, &ids, Stage::layers);
+    p.compute.launch("layers_resolve", texels, Stage::layers, views[layer], ids, g.positions, g.triangles, g.normals,
+                     layer * texels, k.ids, k.geometry, k.slots);
+  }
+  p.compute.release(ids);
+}
+
+void mark_needed(Passes& p, const kernels::View& view, const kernels::Window& window, const cl::Buffer& marks) {
+  const Geometry& g = p.geometry;
+  const Layers& k = p.layers;
+  draw(p, window, p.film.depth, &p.film.ids, Stage::plan);
+  p.compute.launch("gather_mark", pixels(window), Stage::plan, view, window, p.film.ids, g.positions, g.triangles,
+                   g.normals, k.views_buffer, k.level_first_buffer, k.geometry, k.slots, k.count(), k.size, marks);
+}
+
+void set_needed(Passes& p, const std::vector<cl_uint>& needed) {
+  Layers& k = p.layers;
+  const Geometry& g = p.geometry;
+  const LightMaps& m = p.light_maps;
+  k.n_points = static_cast<cl_uint>(needed.size());
+  std::vector<cl_uint> slots(k.level_first[1], NO_TRIANGLE);
+  for (cl_uint i = 0; i < k.n_points; ++i) slots[needed[i]] = i;
+  p.compute.write(k.slots, slots);
+  cl::Buffer list = p.compute.upload(needed);
+  k.points = p.compute.buffer<kernels::float4>(2 * needed.size());
+  k.centres = p.compute.buffer<kernels::float4>(m.lights.size() * needed.size());
+  k.values = p.compute.buffer<kernels::float4>(2 * (needed.size() + k.level_first.back() - k.level_first[1]));
+  p.compute.launch("layers_points", k.n_points, Stage::layers, k.views_buffer, k.n_points, list, k.ids, g.positions,
+                   g.triangles, g.normals, m.lights_buffer, p.plan.density.parameters, p.log_rho, m.extent,
+                   m.level_first, m.levels, k.points, k.centres);
+  p.compute.finish();
+  p.compute.release(list);
+  p.compute.release(k.ids);
+}
+
+void accumulate_layers(Passes& p, std::uint32_t frame) {
+  const Layers& k = p.layers;
+  p.compute.launch("layers_accumulate", std::size_t{2} * k.n_points, Stage::layers, k.n_points, k.points, k.centres,
+                   p.light_maps.lights_buffer, p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters,
+                   p.log_rho, p.seed, frame, k.values);
+}
+
+void build_pyramids(Passes& p, std::uint32_t level) {
+  const Layers& k = p.layers;
+  cl_uint size = k.size;
+  for (cl_uint l = 1; l <= level && l < k.levels; ++l, size = (size + 1) / 2)
+    p.compute.launch("pyramids_level", k.level_first[l + 1] - k.level_first[l], Stage::pyramids, k.views_buffer,
+                     k.count(), l, k.level_first_buffer, size, k.n_points, k.geometry, k.slots, k.values);
+}
+
+void gather(Passes& p, const kernels::View& view, const kernels::Window& window, const std::vector<cl_uint>& levels,
+            float scale, std::uint32_t round, std::uint32_t rounds) {
+  const Geometry& g = p.geometry;
+  const Layers& k = p.layers;
+  const LightMaps& m = p.light_maps;
+  const Film& f = p.film;
+  draw(p, window, f.depth, &f.ids, Stage::gather);
+  cl_uint4 level{};
+  for (std::size_t s = 0; s < levels.size(); ++s) level.s[s] = levels[s];
+  const cl_uint sets = static_cast<cl_uint>(levels.size());
+  p.compute.fill(f.n_direct, 0, 1);
+  p.compute.launch("gather_pixels", pixels(window), Stage::gather, view, window, f.ids, g.positions, g.triangles,
+                   g.normals, k.views_buffer, k.level_first_buffer, k.geometry, k.slots, k.count(), k.size, k.values,
+                   scale, p.plan.boundary, level, sets, f.sums, f.n_direct, f.direct);
+  p.compute.launch("gather_direct", direct_items, Stage::gather, view, window, f.ids, g.positions, g.triangles,
+                   g.normals, m.lights_buffer, m.map, p.media, p.plan.boundary, p.plan.density.parameters, p.log_rho,
+                   p.seed, m.extent, m.level_first, m.levels, round, rounds, sets, f.n_direct, f.direct, f.sums);
+}
+
+}  // namespace parian

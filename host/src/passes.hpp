@@ -1,0 +1,87 @@
+// The four passes as launches on one device, and the buffers between them.
+#pragma once
+#include <vector>
+
+#include "compute.hpp"
+#include "plan.hpp"
+
+namespace parian {
+
+/// The mesh on the device, and the rasteriser's buffers that every view uses in turn.
+struct Geometry {
+  cl::Buffer positions;  ///< float4 per vertex, object units
+  cl::Buffer triangles;  ///< 3 uint per triangle
+  cl::Buffer normals;    ///< 9 float per triangle: shading normals of its corners
+  cl::Buffer records, large, n_large;
+  cl_uint n_triangles = 0, n_records = 0;
+};
+
+/// The light maps of both halves, their height pyramids, and the lights themselves.
+struct LightMaps {
+  std::vector<kernels::Light> lights;
+  cl::Buffer lights_buffer, map, extent, level_first;
+  cl::Buffer depth, ids;
+  cl_uint levels = 0, size = 0;
+};
+
+/// The layers: views, geometry of all levels, needed points and their values.
+struct Layers {
+  std::vector<kernels::View> views;
+  cl::Buffer views_buffer, level_first_buffer, depth, ids, geometry, slots;
+  std::vector<std::uint32_t> level_first;
+  cl_uint size = 0, levels = 1;
+  std::uint64_t covered_texels = 0;
+  // Once the needed texels are known:
+  cl::Buffer points, centres, values;
+  cl_uint n_points = 0;
+  [[nodiscard]] cl_uint count() const { return static_cast<cl_uint>(views.size()); }
+};
+
+/// The camera's film: halves A and B for up to three pyramid levels, and the list of pixels that no layer sees.
+struct Film {
+  cl::Buffer depth, ids, sums, direct, n_direct;
+  cl_uint sets = 1;
+};
+
+/// What all passes share.
+struct Passes {
+  Compute& compute;
+  const Plan& plan;
+  Geometry geometry;
+  cl::Buffer media, log_rho;
+  LightMaps light_maps;
+  Layers layers;
+  Film film;
+  cl_uint seed = 0;
+};
+
+void upload_geometry(Passes& p, const Mesh& mesh);
+
+/// Set-up of one view; `draw` then fills depth, and ids if given, for a window of it.
+void setup_view(Passes& p, const kernels::View& view, Stage stage);
+void draw(Passes& p, const kernels::Window& window, const cl::Buffer& depth, const cl::Buffer* ids, Stage stage);
+
+/// Pass 1: (re)draws the maps of all lights with the sub-texel shifts of `epoch`; the height pyramids come from epoch 0.
+void make_light_maps(Passes& p, const std::vector<glm::dvec3>& points, std::uint32_t size);
+void draw_light_maps(Passes& p, std::uint32_t epoch, bool shift);
+
+/// Pass 2, geometry: rasterises the layers. All covered texels count as needed until set_needed says which are.
+void make_layers(Passes& p, const std::vector<kernels::View>& views, std::uint32_t size, bool pyramids);
+/// Marks the texels that a view reads, in `marks` (one uint per level-0 texel).
+void mark_needed(Passes& p, const kernels::View& view, const kernels::Window& window, const cl::Buffer& marks);
+void set_needed(Passes& p, const std::vector<cl_uint>& needed);
+/// Pass 2, light: one frame of samples.
+void accumulate_layers(Passes& p, std::uint32_t frame);
+
+/// Pass 3: levels 1 to `level`.
+void build_pyramids(Passes& p, std::uint32_t level);
+
+/// Pass 4: adds one subpixel position of a window of a view to the film, for the given levels. `scale` is 1 / frames;
+/// pixels that no layer sees take `rounds` rounds of samples from round `round` on.
+void gather(Passes& p, const kernels::View& view, const kernels::Window& window, const std::vector<cl_uint>& levels,
+            float scale, std::uint32_t round, std::uint32_t rounds);
+
+/// The sub-texel or subpixel position with index `i` of the R2 sequence started at `start`, in 1/256.
+[[nodiscard]] glm::ivec2 subpixel_position(std::uint32_t i, std::uint32_t start);
+
+}  // namespace parian

@@ -1,0 +1,178 @@
+// The first half of the plan: from the scene alone. The second half, from visibility, is made by the renderer.
+#include "plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "error.hpp"
+#include "medium.hpp"
+
+namespace parian {
+namespace {
+
+/// Distinct scattering channels in an order that doesn't depend on which colour has them.
+void plan_media(Plan& plan, const Scene& scene, const Settings& settings) {
+  const Material& m = scene.material;
+  struct Channel {
+    std::uint32_t colour;
+    std::array<double, 3> key;  // sigma_s, sigma_a, g
+    kernels::Medium medium;
+  };
+  std::vector<Channel> channels;
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    const ChannelConstants constants = channel_constants(m.sigma_s[c], m.sigma_a[c], m.g[c], m.ior);
+    plan.medium_of[c] = 3;
+    if (!(constants.alpha_prime > 0.0) && !kept(settings, "black-channels")) {
+      plan.left_out.push_back({"black-channels", fmt::format("channel {} does not scatter", "RGB"[c]), "evaluations"});
+      continue;
+    }
+    channels.push_back({c, {m.sigma_s[c], m.sigma_a[c], m.g[c]}, device_medium(constants, settings.model, plan.space.radius)});
+  }
+  std::stable_sort(channels.begin(), channels.end(), [](const auto& a, const auto& b) { return a.key < b.key; });
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const bool same = i > 0 && channels[i].key == channels[i - 1].key && !kept(settings, "equal-channels");
+    if (same)
+      plan.left_out.push_back({"equal-channels",
+                               fmt::format("channel {} has the coefficients of channel {}", "RGB"[channels[i].colour],
+                                           "RGB"[channels[i - 1].colour]),
+                               "evaluations"});
+    else
+      plan.media.push_back(channels[i].medium);
+    plan.medium_of[channels[i].colour] = static_cast<std::uint32_t>(plan.media.size() - 1);
+  }
+  for (auto& medium : plan.medium_of) medium = std::min<std::uint32_t>(medium, static_cast<std::uint32_t>(plan.media.size()));
+  if (plan.media.empty()) {
+    plan.media.push_back(device_medium(channel_constants(0.0, 1.0, 0.0, m.ior), settings.model, plan.space.radius));
+    plan.medium_of = {1, 1, 1};
+    plan.warnings.push_back(fmt::format("material '{}' does not scatter at all: the image is black", m.name));
+  }
+}
+
+void warn_of_scale(Plan& plan, const Scene& scene) {
+  double longest = 0.0, shortest = INFINITY;
+  for (int c = 0; c < 3; ++c) {
+    const ChannelConstants k = channel_constants(scene.material.sigma_s[c], scene.material.sigma_a[c], scene.material.g[c], scene.material.ior);
+    if (!(k.alpha_prime > 0.0)) continue;
+    longest = std::max(longest, 1.0 / k.sigma_t_prime);
+    shortest = std::min(shortest, 1.0 / k.sigma_t_prime);
+    if (k.alpha_prime < 0.5)
+      plan.warnings.push_back(fmt::format("material '{}': reduced albedo {:.2f} in channel {} is below 0.5, where a diffusion "
+                                          "model is several times too bright", scene.material.name, k.alpha_prime, "RGB"[c]));
+  }
+  const double diameter = 2.0 * plan.space.radius;
+  if (longest > 0.25 * diameter)
+    plan.warnings.push_back(fmt::format("mean free path of {:.3g} mm is long for an object of {:.3g} mm: light crosses it nearly "
+                                        "unscattered, which a diffusion model can't show; use a larger size or a denser material", longest, diameter));
+  if (shortest < 1e-3 * diameter)
+    plan.warnings.push_back(fmt::format("mean free path of {:.3g} mm is short for an object of {:.3g} mm: it looks nearly opaque, and "
+                                        "a light-map texel is coarser than the path; use a smaller size or a thinner material", shortest, diameter));
+}
+
+/// Lights that can matter, with the half's samples divided by flux, largest remainders first, at least one each.
+void plan_lights(Plan& plan, const Scene& scene, const Settings& settings) {
+  std::vector<double> flux;
+  for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    const DirectionalLight& light = scene.lights[i];
+    const double e = light.irradiance.x + light.irradiance.y + light.irradiance.z;
+    if (!(e > 0.0) && !kept(settings, "dark-lights")) {
+      plan.left_out.push_back({"dark-lights", fmt::format("light {} has no irradiance", i + 1), "evaluations"});
+      continue;
+    }
+    plan.lights.push_back({light, 1});
+    flux.push_back(std::max(e, 0.0));
+  }
+  if (plan.lights.empty()) {
+    plan.warnings.push_back("no light has any irradiance: the image is black");
+    plan.lights.push_back({{glm::dvec3(0, 0, 1), glm::dvec3(0.0)}, 1});
+    flux.push_back(1.0);
+  }
+  const double total = std::max(std::accumulate(flux.begin(), flux.end(), 0.0), 1e-300);
+  const std::uint32_t half = std::max<std::uint32_t>(settings.samples / 2, static_cast<std::uint32_t>(plan.lights.size()));
+  std::uint32_t given = 0;
+  std::vector<std::pair<double, std::size_t>> remainders;
+  for (std::size_t i = 0; i < flux.size(); ++i) {
+    const double share = flux[i] / total * half;
+    plan.lights[i].samples = std::max<std::uint32_t>(1, static_cast<std::uint32_t>(share));
+    given += plan.lights[i].samples;
+    remainders.emplace_back(static_cast<double>(plan.lights[i].samples) - share, i);
+  }
+  std::sort(remainders.begin(), remainders.end());
+  for (std::size_t i = 0; given < half; ++i, ++given) ++plan.lights[remainders[i % remainders.size()].second].samples;
+}
+
+void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const DeviceInfo& device) {
+  const std::uint64_t triangles = scene.mesh.triangles.size(), texels = std::uint64_t{settings.layer_size} * settings.layer_size * settings.layers;
+  const std::uint64_t map = std::uint64_t{settings.light_map_size} * settings.light_map_size;
+  const std::uint64_t pixels = std::uint64_t{std::min(scene.film.x, window_limit)} * std::min(scene.film.y, window_limit);
+  const std::uint64_t all_levels = plan.pyramids ? texels + texels / 3 + 4 * settings.layers * 16 : texels;
+  const std::uint64_t records = triangles * plan.slots * sizeof(kernels::RasterTriangle);
+  const std::uint64_t maps = plan.lights.size() * 2 * map * 32;
+  const std::uint64_t values = all_levels * 32, film = pixels * 32 * 3;
+  plan.largest = std::max({records, maps, values, film, texels * 32});
+  plan.bytes = scene.mesh.positions.size() * 16 + triangles * (12 + 36) + records + triangles * plan.slots * 4 + maps +
+               plan.lights.size() * map * 11 + texels * 4 + all_levels * 20 + values + texels * (32 + 16 * plan.lights.size()) +
+               film + pixels * 12;
+  const auto mib = [](std::uint64_t b) { return static_cast<double>(b) / 1048576.0; };
+  if (plan.bytes > device.global_memory * 0.9 || plan.largest > device.max_allocation)
+    throw Error(ErrorKind::device,
+                fmt::format("{}: the scene needs up to {:.0f} MiB, {:.0f} MiB in one buffer, but the device has {:.0f} MiB and "
+                            "allows {:.0f} MiB per buffer; lower --layer-size, --layers or --light-map-size",
+                            device.name, mib(plan.bytes), mib(plan.largest), mib(device.global_memory), mib(device.max_allocation)));
+}
+
+}  // namespace
+
+bool kept(const Settings& settings, const std::string& name) {
+  return settings.keep.contains(name) || settings.keep.contains("all");
+}
+
+std::vector<std::uint32_t> mip_offsets(std::uint32_t size, std::uint32_t count) {
+  std::vector<std::uint32_t> first{0};
+  for (;;) {
+    first.push_back(first.back() + size * size * count);
+    if (size == 1) return first;
+    size = (size + 1) / 2;
+  }
+}
+
+Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& device) {
+  if (scene.mesh.triangles.empty()) throw Error(ErrorKind::input, "the mesh has no triangle with area; check the file");
+  Plan plan;
+  plan.space = object_space(scene.mesh.positions);
+  plan.warnings = scene.mesh.warnings;
+  validate(scene.material, "material '" + scene.material.name + "'");
+  plan_media(plan, scene, settings);
+  warn_of_scale(plan, scene);
+  plan.boundary = boundary(scene.material.ior);
+  plan.density = density_table(plan.media, settings.disc_radius / plan.space.radius);
+  plan_lights(plan, scene, settings);
+
+  plan.clipping = kept(settings, "clipping");
+  for (const Camera& camera : scene.cameras)
+    plan.clipping = plan.clipping || needs_clipping(pinhole_view(camera, plan.space, scene.film));
+  plan.slots = plan.clipping ? 6 : 1;
+  if (!plan.clipping)
+    plan.left_out.push_back({"clipping", "the object lies inside every camera's near plane and guard band", "bytes",
+                             static_cast<double>(scene.mesh.triangles.size() * 5 * sizeof(kernels::RasterTriangle)), false});
+  plan.pyramids = settings.pyramids && settings.layer_size > 1;
+
+  std::uint32_t lanes = device.vector_width;
+  if (lanes > 1) {  // no wider than the samples that one light gets in a frame
+    std::uint32_t most = 0;
+    for (const auto& light : plan.lights) most = std::max(most, light.samples);
+    if (most <= 4) lanes = 4;
+  }
+  const int estimator = settings.estimator == Estimator::radial ? 1 : settings.estimator == Estimator::disc ? 2 : 0;
+  plan.options = fmt::format(
+      "-cl-std=CL1.2 -DVW={} -DMODEL={} -DESTIMATOR={} -DLIGHTS={} -DMEDIA={} -DMEDIUM_R={} -DMEDIUM_G={} -DMEDIUM_B={} "
+      "-DSLOTS={}",
+      lanes, static_cast<int>(settings.model), estimator, plan.lights.size(), plan.media.size(), plan.medium_of[0],
+      plan.medium_of[1], plan.medium_of[2], plan.slots);
+  plan_memory(plan, scene, settings, device);
+  return plan;
+}
+
+}  // namespace parian

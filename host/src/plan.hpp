@@ -1,0 +1,51 @@
+// What a scene needs, decided before anything is compiled: media, lights, build options, memory; and what is left out.
+#pragma once
+#include <array>
+#include <string>
+#include <vector>
+
+#include "density.hpp"
+#include "kernels/types.h"
+#include "renderer.hpp"
+#include "scene.hpp"
+#include "views.hpp"
+
+namespace parian {
+
+/// A light that takes part, and the samples that a frame takes of it for each half.
+struct PlannedLight {
+  DirectionalLight light;
+  std::uint32_t samples = 0;
+};
+
+struct Plan {
+  ObjectSpace space;
+  std::vector<kernels::Medium> media;       ///< distinct scattering channels, densest last; object units
+  std::array<std::uint32_t, 3> medium_of{}; ///< of R, G, B; media.size() where a channel does not scatter
+  kernels::Boundary boundary{};
+  DensityTable density;
+  std::vector<PlannedLight> lights;
+  bool clipping = false;
+  bool pyramids = true;
+  std::uint32_t slots = 1;     ///< set-up records per triangle
+  std::string options;         ///< of the OpenCL compiler
+  std::uint64_t bytes = 0;     ///< upper bound of device memory
+  std::uint64_t largest = 0;   ///< largest buffer, bytes
+  std::vector<Omission> left_out;
+  std::vector<std::string> warnings;
+};
+
+/// Plans a scene for a device. Throws Error(input) when there is nothing to render and Error(device) when the device's
+/// memory can't hold it.
+[[nodiscard]] Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& device);
+
+/// True when `settings` forces the omission `name` off.
+[[nodiscard]] bool kept(const Settings& settings, const std::string& name);
+
+/// Largest film window that is gathered at once, in pixels per side.
+inline constexpr std::uint32_t window_limit = 2048;
+
+/// First texel of each level of a mip chain over `count` square films, and one past the last; levels down to 1 x 1.
+[[nodiscard]] std::vector<std::uint32_t> mip_offsets(std::uint32_t size, std::uint32_t count);
+
+}  // namespace parian
