@@ -17,8 +17,8 @@
 #define SHARED inline
 #define LIT(x) x
 #define CONSTANTS(T) const auto&  // a T, or the same in double
-#define PARALLEL_LIMIT 1e-28  // squared sine below which two directions count as parallel
-#define TINY 1e-280           // squared length below which a vector counts as zero
+#define PARALLEL_LIMIT 1e-28      // squared sine below which two directions count as parallel
+#define TINY 1e-280               // squared length below which a vector counts as zero
 
 KERNEL_HEADER_BEGIN
 using real = double;
