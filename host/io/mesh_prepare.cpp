@@ -1,0 +1,104 @@
+// Words, numbers and refusals, shared by the formats' checks.
+#include "mesh_prepare.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "error.hpp"
+
+namespace parian {
+namespace {
+
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
+
+}  // namespace
+
+void refuse(const std::string& file, const std::string& message) {
+  throw Error(ErrorKind::input, fmt::format("{}: {}", file, message));
+}
+
+void refuse(const std::string& file, std::size_t line, const std::string& message) {
+  throw Error(ErrorKind::input, fmt::format("{}:{}: {}", file, line, message));
+}
+
+void Words::skip(bool over_lines) {
+  while (position_ < text_.size()) {
+    const char c = text_[position_];
+    if (c == '\n') {
+      if (!over_lines) return;
+      ++line_;
+      ++position_;
+    } else if (is_blank(c)) {
+      ++position_;
+    } else if (comment_ != 0 && c == comment_) {
+      while (position_ < text_.size() && text_[position_] != '\n') ++position_;
+    } else {
+      return;
+    }
+  }
+}
+
+std::string_view Words::word() {
+  const std::size_t begin = position_;
+  while (position_ < text_.size()) {
+    const char c = text_[position_];
+    if (c == '\n' || is_blank(c) || (comment_ != 0 && c == comment_)) break;
+    ++position_;
+  }
+  return text_.substr(begin, position_ - begin);
+}
+
+std::string_view Words::next() {
+  skip(true);
+  return word();
+}
+
+std::string_view Words::next_in_line() {
+  skip(false);
+  return word();
+}
+
+bool Words::next_line() {
+  while (position_ < text_.size() && text_[position_] != '\n') ++position_;
+  if (position_ == text_.size()) return false;
+  ++position_;
+  ++line_;
+  return true;
+}
+
+bool parse_number(std::string_view word, double& value) {
+  if (word.size() > 1 && word.front() == '+' && word[1] != '-') word.remove_prefix(1);
+  const char* end = word.data() + word.size();
+  const auto [stop, fault] = std::from_chars(word.data(), end, value);
+  if (stop != end || word.empty()) return false;
+  if (fault == std::errc::result_out_of_range) value = std::strtod(std::string(word).c_str(), nullptr);
+  return fault != std::errc::invalid_argument;
+}
+
+bool parse_integer(std::string_view word, std::int64_t& value) {
+  if (word.size() > 1 && word.front() == '+' && word[1] != '-') word.remove_prefix(1);
+  const char* end = word.data() + word.size();
+  const auto [stop, fault] = std::from_chars(word.data(), end, value);
+  return stop == end && !word.empty() && fault == std::errc();
+}
+
+const char* coordinate_fault(double value) {
+  if (!std::isfinite(value)) return "not finite";
+  if (std::abs(value) > std::numeric_limits<float>::max()) return "too large for single precision";
+  return nullptr;
+}
+
+std::string_view read_coordinate(std::string_view word, double& value, const std::string& file, std::size_t line) {
+  if (word.empty()) refuse(file, line, "a point has fewer than three coordinates; the file may be truncated");
+  if (!parse_number(word, value))
+    refuse(file, line, fmt::format("'{:.40}' is not a number; correct the coordinate", word));
+  if (const char* fault = coordinate_fault(value))
+    refuse(file, line, fmt::format("coordinate '{:.40}' is {}; remove the point or rescale the mesh", word, fault));
+  return word;
+}
+
+}  // namespace parian

@@ -1,0 +1,194 @@
+// OFF: OpenMesh gets the header word, the counts, and per line one point or face, without comments and colours.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "mesh_prepare.hpp"
+
+namespace parian {
+namespace {
+
+/// Takes `prefix` off the front of `word` if it is there.
+bool take(std::string_view& word, std::string_view prefix) {
+  if (!word.starts_with(prefix)) return false;
+  word.remove_prefix(prefix.size());
+  return true;
+}
+
+/// Whether OpenMesh, which looks at the start of the file alone, will expect normals behind the coordinates.
+bool reader_expects_normals(std::string_view bytes) {
+  take(bytes, "ST");
+  take(bytes, "C");
+  return take(bytes, "N");
+}
+
+/// Checks the header word, which is [ST][C][N][4][n]OFF; 4 and n mean another dimension.
+void check_keyword(std::string_view word, const std::string& file, std::size_t line) {
+  std::string_view rest = word;
+  take(rest, "ST");
+  take(rest, "C");
+  take(rest, "N");
+  const bool dimension = take(rest, "4") || take(rest, "n");
+  if (rest != "OFF") refuse(file, line, "this isn't an OFF file, which begins with 'OFF'; convert it");
+  if (dimension) refuse(file, line, fmt::format("'{}' isn't three-dimensional; convert it to OFF", word));
+}
+
+std::uint64_t read_count(std::string_view word, const std::string& file, std::size_t line) {
+  std::int64_t value = 0;
+  if (!parse_integer(word, value) || value < 0 || value > 0x7fffffff)
+    refuse(file, line, fmt::format("'{:.40}' is not a possible count; the line must read 'POINTS FACES EDGES'", word));
+  return static_cast<std::uint64_t>(value);
+}
+
+/// Refuses counts that can't fit into what is left of the file.
+void check_counts(std::uint64_t points, std::uint64_t faces, std::uint64_t point_bytes, std::uint64_t face_bytes,
+                  std::uint64_t left, const std::string& file) {
+  if (points == 0 || faces == 0) refuse(file, "the OFF file has no faces; choose a mesh");
+  if (points * point_bytes + faces * face_bytes > left + 1)
+    refuse(file, fmt::format("the header promises {} points and {} faces, but only {} bytes follow; the file is "
+                             "damaged or truncated",
+                             points, faces, left));
+}
+
+void write_face(Words& words, std::uint64_t points, std::uint64_t left, PreparedMesh& mesh, const std::string& file) {
+  std::string_view word = words.next();
+  if (word.empty()) refuse(file, words.line(), "the file ends before its last face; it is truncated");
+  std::int64_t corners = 0;
+  if (!parse_integer(word, corners) || corners < 3 || corners > static_cast<std::int64_t>(left))
+    refuse(file, words.line(), fmt::format("'{:.40}' is not a possible number of corners; correct the face", word));
+  mesh.stream += word;
+  for (; corners > 0; --corners) {
+    word = words.next();
+    std::int64_t index = 0;
+    if (word.empty()) refuse(file, words.line(), "the file ends before its last face; it is truncated");
+    if (!parse_integer(word, index) || index < 0 || static_cast<std::uint64_t>(index) >= points)
+      refuse(file, words.line(),
+             fmt::format("a face names point '{:.40}', but points are 0 to {}; correct the index", word, points - 1));
+    mesh.stream += fmt::format(" {}", index);
+  }
+  mesh.stream += '\n';
+  (void)words.next_line();  // colours
+}
+
+PreparedMesh prepare_ascii(Words& words, std::string_view bytes, const std::string& file) {
+  PreparedMesh mesh;
+  const std::uint64_t points = read_count(words.next(), file, words.line());
+  mesh.faces = read_count(words.next(), file, words.line());
+  (void)words.next_in_line();  // edges, often missing
+  check_counts(points, mesh.faces, 6, 8, bytes.size() - words.position(), file);
+  const bool normals = reader_expects_normals(bytes);
+  mesh.stream = fmt::format("OFF\n{} {} 0\n", points, mesh.faces);
+  mesh.stream.reserve(bytes.size() + 64);
+  for (std::uint64_t i = 0; i < points; ++i) {
+    glm::dvec3 point(0.0);
+    for (int axis = 0; axis < 3; ++axis) {
+      // Coordinates of one point share a line; the first may be lines away.
+      const std::string_view word = axis == 0 ? words.next() : words.next_in_line();
+      mesh.stream += read_coordinate(word, point[axis], file, words.line());
+      mesh.stream += axis < 2 ? ' ' : '\n';
+    }
+    if (normals) mesh.stream.insert(mesh.stream.size() - 1, " 0 0 1");
+    (void)words.next_line();  // normal, colour, texture
+    mesh.points.push_back(point);
+  }
+  for (std::uint64_t i = 0; i < mesh.faces; ++i) write_face(words, points, bytes.size(), mesh, file);
+  return mesh;
+}
+
+/// The body of a binary file as 32-bit words in the machine's order.
+class Binary {
+ public:
+  Binary(std::string_view body, bool swap) : body_(body), swap_(swap) {}
+  bool next(std::uint32_t& value) {
+    if (body_.size() < 4) return false;
+    std::memcpy(&value, body_.data(), 4);
+    if (swap_) value = value >> 24 | (value >> 8 & 0xff00U) | (value << 8 & 0xff0000U) | value << 24;
+    body_.remove_prefix(4);
+    return true;
+  }
+  [[nodiscard]] std::size_t left() const { return body_.size(); }
+
+ private:
+  std::string_view body_;
+  bool swap_;
+};
+
+void append(std::string& stream, std::uint32_t word) {
+  stream.append({static_cast<char>(word & 0xffU), static_cast<char>(word >> 8 & 0xffU),
+                 static_cast<char>(word >> 16 & 0xffU), static_cast<char>(word >> 24)});
+}
+
+/// Binary OFF has two dialects: Geomview's is big-endian and has a count of colours behind each face, OpenMesh's is
+/// little-endian and has none. The counts tell them apart, since only one order can fit into the file.
+PreparedMesh prepare_binary(std::string_view body, const std::string& file) {
+  PreparedMesh mesh;
+  std::uint32_t points = 0;
+  std::uint32_t faces = 0;
+  std::uint32_t edges = 0;
+  bool geomview = false;
+  Binary in(body, std::endian::native == std::endian::big);
+  if (!in.next(points) || !in.next(faces) || !in.next(edges))
+    refuse(file, "the file ends before its counts; it is truncated");
+  if (12ULL * points + 16ULL * faces > in.left()) {
+    in = Binary(body, std::endian::native != std::endian::big);
+    (void)(in.next(points) && in.next(faces) && in.next(edges));
+    geomview = true;
+  }
+  check_counts(points, faces, 12, 16, in.left(), file);
+  mesh.faces = faces;
+  mesh.stream = "OFF BINARY\n";
+  for (const std::uint32_t count : {points, faces, edges}) append(mesh.stream, count);
+  for (std::uint32_t i = 0; i < points; ++i) {
+    glm::dvec3 point(0.0);
+    for (int axis = 0; axis < 3; ++axis) {
+      std::uint32_t word = 0;
+      (void)in.next(word);  // check_counts made sure
+      append(mesh.stream, word);
+      point[axis] = static_cast<double>(std::bit_cast<float>(word));
+      if (const char* fault = coordinate_fault(point[axis]))
+        refuse(file, fmt::format("point {}: coordinate is {}; remove the point", i, fault));
+    }
+    mesh.points.push_back(point);
+  }
+  for (std::uint32_t i = 0; i < faces; ++i) {
+    std::uint32_t corners = 0;
+    if (!in.next(corners)) refuse(file, fmt::format("the file ends before face {}; it is truncated", i));
+    if (corners < 3 || corners > in.left() / 4)
+      refuse(file, fmt::format("face {} has {} corners; the file is damaged or truncated", i, corners));
+    append(mesh.stream, corners);
+    for (; corners > 0; --corners) {
+      std::uint32_t index = 0;
+      (void)in.next(index);
+      if (index >= points)
+        refuse(file, fmt::format("face {} names point {}, but points are 0 to {}; correct it", i, index, points - 1));
+      append(mesh.stream, index);
+    }
+    std::uint32_t colours = 0;
+    if (!geomview) continue;
+    if (!in.next(colours) || colours > in.left() / 4)
+      refuse(file, fmt::format("face {}: bad count of colours; the file is damaged or truncated", i));
+    for (std::uint32_t skipped = 0; colours > 0; --colours) (void)in.next(skipped);
+  }
+  return mesh;
+}
+
+}  // namespace
+
+PreparedMesh prepare_off(const std::string& bytes, const std::string& file) {
+  Words words(bytes, '#');
+  const std::string_view keyword = words.next();
+  check_keyword(keyword, file, words.line());
+  Words ahead = words;
+  if (ahead.next_in_line() == "BINARY") {
+    constexpr std::string_view start = "OFF BINARY";
+    const std::size_t end = bytes.find('\n');
+    if (!bytes.starts_with(start) || end == std::string::npos || end > start.size() + 1)
+      refuse(file, 1, "a binary OFF file must begin with a line 'OFF BINARY' (no colours, no normals); convert to PLY");
+    return prepare_binary(std::string_view(bytes).substr(end + 1), file);
+  }
+  return prepare_ascii(words, bytes, file);
+}
+
+}  // namespace parian
