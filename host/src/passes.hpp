@@ -45,6 +45,8 @@ struct Film {
 
 /// What all passes share.
 struct Passes {
+  Passes(Compute& c, const Plan& p) : compute(c), plan(p) {}
+
   Compute& compute;
   const Plan& plan;
   Geometry geometry;

@@ -116,7 +116,7 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
                plan.lights.size() * map * 11 + texels * 4 + all_levels * 20 + values + texels * (32 + 16 * plan.lights.size()) +
                film + pixels * 12;
   const auto mib = [](std::uint64_t b) { return static_cast<double>(b) / 1048576.0; };
-  if (plan.bytes > device.global_memory * 0.9 || plan.largest > device.max_allocation)
+  if (plan.bytes > device.global_memory / 10 * 9 || plan.largest > device.max_allocation)
     throw Error(ErrorKind::device,
                 fmt::format("{}: the scene needs up to {:.0f} MiB, {:.0f} MiB in one buffer, but the device has {:.0f} MiB and "
                             "allows {:.0f} MiB per buffer; lower --layer-size, --layers or --light-map-size",

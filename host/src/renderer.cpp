@@ -57,7 +57,7 @@ std::vector<kernels::Window> tiles(glm::uvec2 film) {
 
 struct Renderer::State {
   State(const Scene& s, const Settings& set, const std::string& selector)
-      : scene(s), settings(set), compute(selector), plan(make_plan(s, set, compute.info())), passes{compute, plan} {}
+      : scene(s), settings(set), compute(selector), plan(make_plan(s, set, compute.info())), passes(compute, plan) {}
 
   Scene scene;
   Settings settings;
