@@ -1,6 +1,6 @@
 // Pass 4: the camera's view looks each of its points up in all layers that see it, as in shadow mapping.
 
-#define MIN_WEIGHT 1e-3f      // below it no layer is taken to see a point
+#define MIN_WEIGHT 1e-3f        // below it no layer is taken to see a point
 #define MIN_LAYER_COSINE 0.05f  // layers that see a surface more edge-on are not asked
 
 // The layers as pass 4 reads them.
@@ -26,34 +26,44 @@ static Layers make_layers(__constant View* views, __constant uint* level_first, 
 }
 
 // How much each of four texels around a point counts: bilinear weight x cos^2 to the layer where the texel and the
-// point lie in each other's planes (within half a texel) and face alike; 0 elsewhere.
+// point lie in each other's planes (within half a texel) and face alike; 0 elsewhere. All in the layer's frame, four
+// texels side by side; `texels` is valid where the weight isn't 0.
 static float4 texel_weights(Layers layers, uint layer, uint level, float3 x, float3 n, uint4* texels) {
-  const View view = layers.views[layer];
-  const float cosine = dot(n, view.back.xyz);
-  *texels = (uint4)(0);
+  __constant View* view = layers.views + layer;
+  const float cosine = dot(n, view->back.xyz);
   if (cosine < MIN_LAYER_COSINE) return (float4)(0.0f);
-  const float3 film = film_coordinates(view, view_coordinates(view, x));
-  const float side = (float)(1u << level), size = side / view.scale;
-  const float u = film.x / side - 0.5f, v = film.y / side - 0.5f, u0 = floor(u), v0 = floor(v);
+  const float side = (float)(1u << level), size = side / view->scale, tolerance = 0.5f * size;
+  const float3 d = x - view->origin.xyz;
+  const float u = (dot(d, view->right.xyz) * view->scale + view->centre_x) / side - 0.5f;
+  const float v = (dot(d, view->down.xyz) * view->scale + view->centre_y) / side - 0.5f;
+  const float q = dot(d, view->back.xyz) + 2.0f, n_x = dot(n, view->right.xyz), n_y = dot(n, view->down.xyz);
+  const float u0 = floor(u), v0 = floor(v);
   const int extent = (int)((layers.size + (1u << level) - 1) >> level);
-  const uint first = layers.level_first[level] + layer * (uint)(extent * extent);
-  float weight[4];
-  uint texel[4];
-  for (int c = 0; c < 4; ++c) {
-    const int tx = (int)u0 + (c & 1), ty = (int)v0 + (c >> 1);
-    weight[c] = 0.0f;
-    texel[c] = 0;
-    if (tx < 0 || ty < 0 || tx >= extent || ty >= extent) continue;
-    texel[c] = first + (uint)(ty * extent + tx);
-    if (layers.slots[texel[c]] == NO_SLOT) continue;
-    const float4 g = layers.geometry[texel[c]];
-    const float3 away = view.right.xyz * (((float)tx - u) * size) + view.down.xyz * (((float)ty - v) * size) +
-                        view.back.xyz * (g.w - film.z);
-    if (fabs(dot(away, n)) > 0.5f * size || fabs(dot(away, g.xyz)) > 0.5f * size || dot(g.xyz, n) <= 0.5f) continue;
-    weight[c] = (1.0f - fabs((float)tx - u)) * (1.0f - fabs((float)ty - v)) * cosine * cosine;
-  }
-  *texels = (uint4)(texel[0], texel[1], texel[2], texel[3]);
-  return (float4)(weight[0], weight[1], weight[2], weight[3]);
+  const int4 column = (int)u0 + (int4)(0, 1, 0, 1), row = (int)v0 + (int4)(0, 0, 1, 1);
+  const int4 on_film = (column >= 0) & (row >= 0) & (column < extent) & (row < extent);
+  const int4 texel = (int)(layers.level_first[level] + layer * (uint)(extent * extent)) +
+                     select((int4)(0), row * extent + column, on_film);
+  *texels = as_uint4(texel);
+  const float4 g0 = layers.geometry[texel.x], g1 = layers.geometry[texel.y], g2 = layers.geometry[texel.z],
+               g3 = layers.geometry[texel.w];
+  const float4 t_x = (float4)(g0.x, g1.x, g2.x, g3.x), t_y = (float4)(g0.y, g1.y, g2.y, g3.y),
+               t_z = (float4)(g0.z, g1.z, g2.z, g3.z), away_z = (float4)(g0.w, g1.w, g2.w, g3.w) - q;
+  const float4 off_x = convert_float4(column) - u, off_y = convert_float4(row) - v;
+  const float4 away_x = off_x * size, away_y = off_y * size;
+  const float4 from_point = away_x * n_x + away_y * n_y + away_z * cosine;
+  const float4 from_texel = away_x * t_x + away_y * t_y + away_z * t_z;
+  const int4 accepted = on_film & (fabs(from_point) <= tolerance) & (fabs(from_texel) <= tolerance) &
+                        (t_x * n_x + t_y * n_y + t_z * cosine > 0.5f);
+  return select((float4)(0.0f), (1.0f - fabs(off_x)) * (1.0f - fabs(off_y)) * (cosine * cosine), accepted);
+}
+
+// Adds a texel's halves; returns the weight that it takes: none where it has no values.
+static float add_texel(Layers layers, uint texel, float weight, __global const float4* values, float3* a, float3* b) {
+  const uint slot = layers.slots[texel];
+  if (slot == NO_SLOT) return 0.0f;
+  *a += weight * values[2 * slot].xyz;
+  *b += weight * values[2 * slot + 1].xyz;
+  return weight;
 }
 
 // Values of halves A and B at a point from one level of all layers; returns the total weight.
@@ -64,15 +74,10 @@ static float gather_level(Layers layers, uint level, float3 x, float3 n, __globa
   for (uint layer = 0; layer < layers.count; ++layer) {
     uint4 texels;
     const float4 w = texel_weights(layers, layer, level, x, n, &texels);
-    const float weight[4] = {w.x, w.y, w.z, w.w};
-    const uint texel[4] = {texels.x, texels.y, texels.z, texels.w};
-    for (uint c = 0; c < 4; ++c) {
-      if (weight[c] <= 0.0f) continue;
-      const uint slot = layers.slots[texel[c]];
-      sum_a += weight[c] * values[2 * slot].xyz;
-      sum_b += weight[c] * values[2 * slot + 1].xyz;
-      total += weight[c];
-    }
+    if (w.x > 0.0f) total += add_texel(layers, texels.x, w.x, values, &sum_a, &sum_b);
+    if (w.y > 0.0f) total += add_texel(layers, texels.y, w.y, values, &sum_a, &sum_b);
+    if (w.z > 0.0f) total += add_texel(layers, texels.z, w.z, values, &sum_a, &sum_b);
+    if (w.w > 0.0f) total += add_texel(layers, texels.w, w.w, values, &sum_a, &sum_b);
   }
   *a = sum_a / fmax(total, FLT_MIN);
   *b = sum_b / fmax(total, FLT_MIN);
@@ -126,7 +131,8 @@ __kernel void gather_weight(const uint n_points, __global const float4* restrict
     for (int side = 0; side < 2; ++side) {
       uint4 t;
       const float3 n = side ? -points[2 * i + 1].xyz : points[2 * i + 1].xyz;
-      total += dot(texel_weights(layers, layer, 0, points[2 * i].xyz, n, &t), (float4)(1.0f));
+      const float4 w = texel_weights(layers, layer, 0, points[2 * i].xyz, n, &t);
+      total += w.x + w.y + w.z + w.w;
     }
   weights[i] = total;
 }

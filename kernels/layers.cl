@@ -116,7 +116,8 @@ static float4 sampling_centre(float3 x, __constant Light* light, Density density
 static void turn(real v, real* c, real* s) {
   const real quarter = floor(v * 4.0f + 0.5f), t = (v - quarter * 0.25f) * (2.0f * PI_F), t2 = t * t;
   const real cosine = 1.0f + t2 * (-0.5f + t2 * (1.0f / 24.0f + t2 * (-1.0f / 720.0f + t2 * (1.0f / 40320.0f))));
-  const real sine = t * (1.0f + t2 * (-1.0f / 6.0f + t2 * (1.0f / 120.0f + t2 * (-1.0f / 5040.0f + t2 * (1.0f / 362880.0f)))));
+  const real sine =
+      t * (1.0f + t2 * (-1.0f / 6.0f + t2 * (1.0f / 120.0f + t2 * (-1.0f / 5040.0f + t2 * (1.0f / 362880.0f)))));
   const mask swap = (quarter == 1.0f) | (quarter == 3.0f);
   const real a = real_select(swap, sine, cosine), b = real_select(swap, cosine, sine);
   *c = real_select((quarter == 1.0f) | (quarter == 2.0f), -a, a);
@@ -212,9 +213,10 @@ static float3 scattered_radiance(Transport transport, float3 x, float3 n, uint p
       lit &= real_load(covered) > 0.0f;
       // The light ray through the sample meets the plane of the texel's geometric normal.
       const real light_z = real_load(height) + (real_load(slope_x) * (film_x - column - sample_x) +
-                                                real_load(slope_y) * (film_y - row - sample_y)) / view.scale;
-      const real3 n_i = real3_select(lit, bend_normal(real3_make(real_load(n_x), real_load(n_y), real_load(n_z)), towards),
-                                     towards);
+                                                real_load(slope_y) * (film_y - row - sample_y)) /
+                                                   view.scale;
+      const real3 n_i =
+          real3_select(lit, bend_normal(real3_make(real_load(n_x), real_load(n_y), real_load(n_z)), towards), towards);
       const real3 w12 = refract_into(towards, n_i, transport.boundary);
       const real T12 = fresnel_transmittance(n_i.z, transport.boundary);
       const DipoleGeometry geometry =
@@ -222,8 +224,8 @@ static float3 scattered_radiance(Transport transport, float3 x, float3 n, uint p
       const real factor = real_select(lit, weight * T12, real_splat(0.0f));
       for (uint m = 0; m < MEDIA; ++m) sum[m] += factor * bssrdf(transport.media[m], geometry);
     }
-    radiance += light->irradiance.xyz *
-                (float3)(real_sum(sum[MEDIUM_R]), real_sum(sum[MEDIUM_G]), real_sum(sum[MEDIUM_B]));
+    radiance +=
+        light->irradiance.xyz * (float3)(real_sum(sum[MEDIUM_R]), real_sum(sum[MEDIUM_G]), real_sum(sum[MEDIUM_B]));
   }
   return radiance;
 }
@@ -241,7 +243,8 @@ static Transport make_transport(__constant Light* lights, __global const float4*
   return t;
 }
 
-// Geometry of every texel of one layer, (n_g, q), its triangle, and slot 0 (covered) or NO_SLOT (empty).
+// Geometry of every texel of one layer, (n_g in the layer's frame, q), its triangle, and slot 0 (covered) or NO_SLOT
+// (empty).
 __kernel void layers_resolve(const View view, __global const uint* restrict ids,
                              __global const float4* restrict positions, __global const uint* restrict triangles,
                              __global const float* restrict normals, const uint first,
@@ -253,7 +256,7 @@ __kernel void layers_resolve(const View view, __global const uint* restrict ids,
   if (ids[i] != NO_TRIANGLE) {
     const float px = (float)(i % view.width) + 0.5f, py = (float)(i / view.width) + 0.5f;
     const Surface s = surface_at(view, px, py, ids[i], positions, triangles, normals);
-    texel = (float4)(s.n_g, dot(s.x - view.origin.xyz, view.back.xyz) + 2.0f);
+    texel = (float4)(to_frame(view, s.n_g), dot(s.x - view.origin.xyz, view.back.xyz) + 2.0f);
   }
   layer_ids[first + i] = ids[i];
   geometry[first + i] = texel;

@@ -1,18 +1,17 @@
 // Pass 3: one level of the layers' bilateral mip chain from the level below.
 //
 // Texels of all levels share one index space: level l of layer k begins at level_first[l] + k * size(l)^2. Each has a
-// geometry (n_g, q) and a slot: where its two values (halves A and B, RGB and coverage) lie, or NO_SLOT if it is empty.
-// Weights come from geometry only, so the filter is linear in the values.
+// geometry (n_g in the layer's frame, q) and a slot: where its two values (halves A and B, RGB and coverage) lie, or
+// NO_SLOT if it is empty. Weights come from geometry only, so the filter is linear in the values.
 
-__kernel void pyramids_level(__constant View* views, const uint layers, const uint level,
-                             __constant uint* level_first, const uint size, const uint n_points,
-                             __global float4* geometry, __global uint* slots, __global float4* values) {
+__kernel void pyramids_level(__constant View* views, const uint layers, const uint level, __constant uint* level_first,
+                             const uint size, const uint n_points, __global float4* geometry, __global uint* slots,
+                             __global float4* values) {
   const uint i = (uint)get_global_id(0);
   const uint parent_size = (size + 1) / 2, per_layer = parent_size * parent_size;
   if (i >= layers * per_layer) return;
   const uint layer = i / per_layer, x = i % parent_size, y = i % per_layer / parent_size;
-  const View view = views[layer];
-  const float texel = (float)(1u << (level - 1)) / view.scale;  // side of a child
+  const float texel = (float)(1u << (level - 1)) / views[layer].scale;  // side of a child
 
   uint slot[4];
   float3 n[4], at[4];  // normal and place of each child, in the layer's frame relative to the parent's centre
@@ -25,7 +24,7 @@ __kernel void pyramids_level(__constant View* views, const uint layers, const ui
     if (slots[child] == NO_SLOT) continue;
     const float4 g = geometry[child];
     slot[children] = slots[child];
-    n[children] = to_frame(view, g.xyz);
+    n[children] = g.xyz;
     at[children] = (float3)(((float)(c & 1) - 0.5f) * texel, ((float)(c >> 1) - 0.5f) * texel, g.w);
     coverage[children] = level > 1 ? values[2 * slot[children]].w : 1.0f;
     ++children;
@@ -60,8 +59,7 @@ __kernel void pyramids_level(__constant View* views, const uint layers, const ui
   place /= best;
   const float q = place.z + (normal.x * place.x + normal.y * place.y) / fmax(normal.z, MIN_COSINE_OF_REBUILD);
   const uint parent_slot = n_points + parent - level_first[1];
-  geometry[parent] =
-      (float4)(normal.x * view.right.xyz + normal.y * view.down.xyz + normal.z * view.back.xyz, q);
+  geometry[parent] = (float4)(normal, q);
   slots[parent] = parent_slot;
   values[2 * parent_slot] = (float4)(a.xyz / best, best);
   values[2 * parent_slot + 1] = (float4)(b.xyz / best, best);

@@ -62,9 +62,8 @@ std::pair<DeviceInfo, cl::Device> pick(const std::string& selector) {
   if (devices.empty())
     throw Error(ErrorKind::device,
                 "no OpenCL device; install a driver, or pocl-opencl-icd to run on the CPU, and see 'parian devices'");
-  const bool index = !selector.empty() && std::all_of(selector.begin(), selector.end(), [](unsigned char c) {
-    return std::isdigit(c);
-  });
+  const bool index = !selector.empty() &&
+                     std::all_of(selector.begin(), selector.end(), [](unsigned char c) { return std::isdigit(c); });
   std::vector<std::pair<DeviceInfo, cl::Device>> fitting;
   for (const auto& d : devices) {
     const std::string text = lower(d.first.name + " " + d.first.platform);
@@ -139,8 +138,8 @@ void Compute::build(const std::string& options) {
 
 cl::Buffer Compute::allocate(std::size_t bytes) {
   if (bytes > info_.max_allocation)
-    throw Error(ErrorKind::device, info_.name + ": a buffer of " + std::to_string(bytes >> 20) + " MiB exceeds the device's " +
-                                       std::to_string(info_.max_allocation >> 20) +
+    throw Error(ErrorKind::device, info_.name + ": a buffer of " + std::to_string(bytes >> 20) +
+                                       " MiB exceeds the device's " + std::to_string(info_.max_allocation >> 20) +
                                        " MiB; lower --layer-size, --layers or --light-map-size");
   cl::Buffer b(context_, CL_MEM_READ_WRITE, bytes);
   bytes_ += bytes;

@@ -7,8 +7,8 @@
 namespace parian {
 namespace {
 
-constexpr double power = 2.1;         // measured: 2.0 to 2.25 do equally well
-constexpr double exponent_range = 80; // what lies farther below the start is nothing to float32
+constexpr double power = 2.1;          // measured: 2.0 to 2.25 do equally well
+constexpr double exponent_range = 80;  // what lies farther below the start is nothing to float32
 constexpr int grid_steps = 8192;
 constexpr std::uint32_t entries = 1024;
 
@@ -39,7 +39,8 @@ DensityTable density_table(const std::vector<kernels::Medium>& media, double dis
   const double D = 1.0 / (3.0 * sigma_t[sigma_t.size() / 2]);
   // The object's diameter is 2: farther than that nothing can be lit, and a wider density is as good as flat.
   const double h_min = std::min(1.5 * D, 2.0);
-  const double rho_max = std::min(1.001 * std::sqrt(h_min * h_min + 8.0), h_min + exponent_range / std::max(sigma, 1e-9));
+  const double rho_max =
+      std::min(1.001 * std::sqrt(h_min * h_min + 8.0), h_min + exponent_range / std::max(sigma, 1e-9));
   const double a = std::log(h_min * 0.999), b = std::log(rho_max), step = (b - a) / grid_steps;
 
   std::vector<double> log_G(grid_steps + 1);  // of exp(a + i step)
@@ -50,7 +51,8 @@ DensityTable density_table(const std::vector<kernels::Medium>& media, double dis
     tail = log_add(log_step(s0, s1, sigma), tail);
   }
   log_G[grid_steps] = tail;
-  for (int i = grid_steps; i-- > 0;) log_G[i] = log_add(log_step(a + i * step, a + (i + 1) * step, sigma), log_G[i + 1]);
+  for (int i = grid_steps; i-- > 0;)
+    log_G[i] = log_add(log_step(a + i * step, a + (i + 1) * step, sigma), log_G[i + 1]);
 
   DensityTable table;
   table.log_rho.resize(entries);

@@ -17,15 +17,15 @@ struct PolygonMesh {
 
 /// What clean_mesh met and dealt with.
 struct MeshCounts {
-  std::size_t faces_read = 0;             ///< polygons in the input
+  std::size_t faces_read = 0;  ///< polygons in the input
   std::size_t points_read = 0;
-  std::size_t unreferenced_points = 0;    ///< dropped
-  std::size_t duplicate_points = 0;       ///< joined: points at the same position
-  std::size_t zero_area_faces = 0;        ///< dropped triangles
-  std::size_t boundary_edges = 0;         ///< edges with one triangle
-  std::size_t non_manifold_edges = 0;     ///< edges with more than two triangles, or two that disagree
-  std::size_t parts = 0;                  ///< connected components
-  std::size_t parts_turned = 0;           ///< closed components that faced inward
+  std::size_t unreferenced_points = 0;  ///< dropped
+  std::size_t duplicate_points = 0;     ///< joined: points at the same position
+  std::size_t zero_area_faces = 0;      ///< dropped triangles
+  std::size_t boundary_edges = 0;       ///< edges with one triangle
+  std::size_t non_manifold_edges = 0;   ///< edges with more than two triangles, or two that disagree
+  std::size_t parts = 0;                ///< connected components
+  std::size_t parts_turned = 0;         ///< closed components that faced inward
 };
 
 /// Clean triangles in double precision, with one unit normal per corner.

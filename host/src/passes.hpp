@@ -63,7 +63,8 @@ void upload_geometry(Passes& p, const Mesh& mesh);
 void setup_view(Passes& p, const kernels::View& view, Stage stage);
 void draw(Passes& p, const kernels::Window& window, const cl::Buffer& depth, const cl::Buffer* ids, Stage stage);
 
-/// Pass 1: (re)draws the maps of all lights with the sub-texel shifts of `epoch`; the height pyramids come from epoch 0.
+/// Pass 1: (re)draws the maps of all lights with the sub-texel shifts of `epoch`; the height pyramids come from epoch
+/// 0.
 void make_light_maps(Passes& p, const std::vector<glm::dvec3>& points, std::uint32_t size);
 void draw_light_maps(Passes& p, std::uint32_t epoch, bool shift);
 

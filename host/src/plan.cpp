@@ -29,7 +29,8 @@ void plan_media(Plan& plan, const Scene& scene, const Settings& settings) {
       plan.left_out.push_back({"black-channels", fmt::format("channel {} does not scatter", "RGB"[c]), "evaluations"});
       continue;
     }
-    channels.push_back({c, {m.sigma_s[c], m.sigma_a[c], m.g[c]}, device_medium(constants, settings.model, plan.space.radius)});
+    channels.push_back(
+        {c, {m.sigma_s[c], m.sigma_a[c], m.g[c]}, device_medium(constants, settings.model, plan.space.radius)});
   }
   std::stable_sort(channels.begin(), channels.end(), [](const auto& a, const auto& b) { return a.key < b.key; });
   for (std::size_t i = 0; i < channels.size(); ++i) {
@@ -43,7 +44,8 @@ void plan_media(Plan& plan, const Scene& scene, const Settings& settings) {
       plan.media.push_back(channels[i].medium);
     plan.medium_of[channels[i].colour] = static_cast<std::uint32_t>(plan.media.size() - 1);
   }
-  for (auto& medium : plan.medium_of) medium = std::min<std::uint32_t>(medium, static_cast<std::uint32_t>(plan.media.size()));
+  for (auto& medium : plan.medium_of)
+    medium = std::min<std::uint32_t>(medium, static_cast<std::uint32_t>(plan.media.size()));
   if (plan.media.empty()) {
     plan.media.push_back(device_medium(channel_constants(0.0, 1.0, 0.0, m.ior), settings.model, plan.space.radius));
     plan.medium_of = {1, 1, 1};
@@ -54,21 +56,28 @@ void plan_media(Plan& plan, const Scene& scene, const Settings& settings) {
 void warn_of_scale(Plan& plan, const Scene& scene) {
   double longest = 0.0, shortest = INFINITY;
   for (int c = 0; c < 3; ++c) {
-    const ChannelConstants k = channel_constants(scene.material.sigma_s[c], scene.material.sigma_a[c], scene.material.g[c], scene.material.ior);
+    const ChannelConstants k = channel_constants(scene.material.sigma_s[c], scene.material.sigma_a[c],
+                                                 scene.material.g[c], scene.material.ior);
     if (!(k.alpha_prime > 0.0)) continue;
     longest = std::max(longest, 1.0 / k.sigma_t_prime);
     shortest = std::min(shortest, 1.0 / k.sigma_t_prime);
     if (k.alpha_prime < 0.5)
-      plan.warnings.push_back(fmt::format("material '{}': reduced albedo {:.2f} in channel {} is below 0.5, where a diffusion "
-                                          "model is several times too bright", scene.material.name, k.alpha_prime, "RGB"[c]));
+      plan.warnings.push_back(
+          fmt::format("material '{}': reduced albedo {:.2f} in channel {} is below 0.5, where a diffusion "
+                      "model is several times too bright",
+                      scene.material.name, k.alpha_prime, "RGB"[c]));
   }
   const double diameter = 2.0 * plan.space.radius;
   if (longest > 0.25 * diameter)
-    plan.warnings.push_back(fmt::format("mean free path of {:.3g} mm is long for an object of {:.3g} mm: light crosses it nearly "
-                                        "unscattered, which a diffusion model can't show; use a larger size or a denser material", longest, diameter));
+    plan.warnings.push_back(
+        fmt::format("mean free path of {:.3g} mm is long for an object of {:.3g} mm: light crosses it nearly "
+                    "unscattered, which a diffusion model can't show; use a larger size or a denser material",
+                    longest, diameter));
   if (shortest < 1e-3 * diameter)
-    plan.warnings.push_back(fmt::format("mean free path of {:.3g} mm is short for an object of {:.3g} mm: it looks nearly opaque, and "
-                                        "a light-map texel is coarser than the path; use a smaller size or a thinner material", shortest, diameter));
+    plan.warnings.push_back(
+        fmt::format("mean free path of {:.3g} mm is short for an object of {:.3g} mm: it looks nearly opaque, and "
+                    "a light-map texel is coarser than the path; use a smaller size or a thinner material",
+                    shortest, diameter));
 }
 
 /// Lights that can matter, with the half's samples divided by flux, largest remainders first, at least one each.
@@ -90,7 +99,8 @@ void plan_lights(Plan& plan, const Scene& scene, const Settings& settings) {
     flux.push_back(1.0);
   }
   const double total = std::max(std::accumulate(flux.begin(), flux.end(), 0.0), 1e-300);
-  const std::uint32_t half = std::max<std::uint32_t>(settings.samples / 2, static_cast<std::uint32_t>(plan.lights.size()));
+  const std::uint32_t half =
+      std::max<std::uint32_t>(settings.samples / 2, static_cast<std::uint32_t>(plan.lights.size()));
   std::uint32_t given = 0;
   std::vector<std::pair<double, std::size_t>> remainders;
   for (std::size_t i = 0; i < flux.size(); ++i) {
@@ -104,23 +114,27 @@ void plan_lights(Plan& plan, const Scene& scene, const Settings& settings) {
 }
 
 void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const DeviceInfo& device) {
-  const std::uint64_t triangles = scene.mesh.triangles.size(), texels = std::uint64_t{settings.layer_size} * settings.layer_size * settings.layers;
+  const std::uint64_t triangles = scene.mesh.triangles.size(),
+                      texels = std::uint64_t{settings.layer_size} * settings.layer_size * settings.layers;
   const std::uint64_t map = std::uint64_t{settings.light_map_size} * settings.light_map_size;
-  const std::uint64_t pixels = std::uint64_t{std::min(scene.film.x, window_limit)} * std::min(scene.film.y, window_limit);
+  const std::uint64_t pixels =
+      std::uint64_t{std::min(scene.film.x, window_limit)} * std::min(scene.film.y, window_limit);
   const std::uint64_t all_levels = plan.pyramids ? texels + texels / 3 + 4 * settings.layers * 16 : texels;
   const std::uint64_t records = triangles * plan.slots * sizeof(kernels::RasterTriangle);
   const std::uint64_t maps = plan.lights.size() * 2 * map * 32;
   const std::uint64_t values = all_levels * 32, film = pixels * 32 * 3;
   plan.largest = std::max({records, maps, values, film, texels * 32});
   plan.bytes = scene.mesh.positions.size() * 16 + triangles * (12 + 36) + records + triangles * plan.slots * 4 + maps +
-               plan.lights.size() * map * 11 + texels * 4 + all_levels * 20 + values + texels * (32 + 16 * plan.lights.size()) +
-               film + pixels * 12;
+               plan.lights.size() * map * 11 + texels * 4 + all_levels * 20 + values +
+               texels * (32 + 16 * plan.lights.size()) + film + pixels * 12;
   const auto mib = [](std::uint64_t b) { return static_cast<double>(b) / 1048576.0; };
   if (plan.bytes > device.global_memory / 10 * 9 || plan.largest > device.max_allocation)
-    throw Error(ErrorKind::device,
-                fmt::format("{}: the scene needs up to {:.0f} MiB, {:.0f} MiB in one buffer, but the device has {:.0f} MiB and "
-                            "allows {:.0f} MiB per buffer; lower --layer-size, --layers or --light-map-size",
-                            device.name, mib(plan.bytes), mib(plan.largest), mib(device.global_memory), mib(device.max_allocation)));
+    throw Error(
+        ErrorKind::device,
+        fmt::format("{}: the scene needs up to {:.0f} MiB, {:.0f} MiB in one buffer, but the device has {:.0f} MiB and "
+                    "allows {:.0f} MiB per buffer; lower --layer-size, --layers or --light-map-size",
+                    device.name, mib(plan.bytes), mib(plan.largest), mib(device.global_memory),
+                    mib(device.max_allocation)));
 }
 
 }  // namespace
@@ -156,7 +170,8 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
   plan.slots = plan.clipping ? 6 : 1;
   if (!plan.clipping)
     plan.left_out.push_back({"clipping", "the object lies inside every camera's near plane and guard band", "bytes",
-                             static_cast<double>(scene.mesh.triangles.size() * 5 * sizeof(kernels::RasterTriangle)), false});
+                             static_cast<double>(scene.mesh.triangles.size() * 5 * sizeof(kernels::RasterTriangle)),
+                             false});
   plan.pyramids = settings.pyramids && settings.layer_size > 1;
 
   std::uint32_t lanes = device.vector_width;
@@ -167,7 +182,8 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
   }
   const int estimator = settings.estimator == Estimator::radial ? 1 : settings.estimator == Estimator::disc ? 2 : 0;
   plan.options = fmt::format(
-      "-cl-std=CL1.2 -DVW={} -DMODEL={} -DESTIMATOR={} -DLIGHTS={} -DMEDIA={} -DMEDIUM_R={} -DMEDIUM_G={} -DMEDIUM_B={} "
+      "-cl-std=CL1.2 -DVW={} -DMODEL={} -DESTIMATOR={} -DLIGHTS={} -DMEDIA={} -DMEDIUM_R={} -DMEDIUM_G={} "
+      "-DMEDIUM_B={} "
       "-DSLOTS={}",
       lanes, static_cast<int>(settings.model), estimator, plan.lights.size(), plan.media.size(), plan.medium_of[0],
       plan.medium_of[1], plan.medium_of[2], plan.slots);

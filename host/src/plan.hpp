@@ -20,17 +20,17 @@ struct PlannedLight {
 
 struct Plan {
   ObjectSpace space;
-  std::vector<kernels::Medium> media;       ///< distinct scattering channels, densest last; object units
-  std::array<std::uint32_t, 3> medium_of{}; ///< of R, G, B; media.size() where a channel does not scatter
+  std::vector<kernels::Medium> media;        ///< distinct scattering channels, densest last; object units
+  std::array<std::uint32_t, 3> medium_of{};  ///< of R, G, B; media.size() where a channel does not scatter
   kernels::Boundary boundary{};
   DensityTable density;
   std::vector<PlannedLight> lights;
   bool clipping = false;
   bool pyramids = true;
-  std::uint32_t slots = 1;     ///< set-up records per triangle
-  std::string options;         ///< of the OpenCL compiler
-  std::uint64_t bytes = 0;     ///< upper bound of device memory
-  std::uint64_t largest = 0;   ///< largest buffer, bytes
+  std::uint32_t slots = 1;    ///< set-up records per triangle
+  std::string options;        ///< of the OpenCL compiler
+  std::uint64_t bytes = 0;    ///< upper bound of device memory
+  std::uint64_t largest = 0;  ///< largest buffer, bytes
   std::vector<Omission> left_out;
   std::vector<std::string> warnings;
 };

@@ -16,13 +16,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::uint32_t subpixel_positions = 64;     // of an image that is written
-constexpr std::uint32_t redraw_samples = 64;         // per texel and half between two shifts of the light map
-constexpr std::uint32_t candidate_directions = 64;   // for the layers, beside the evenly spread ones
-constexpr std::uint32_t candidate_size = 256;        // of their films
-constexpr std::size_t surface_samples = 16384;       // points on which the choice rests
-constexpr std::uint32_t mark_positions = 8;          // subpixel positions whose texels are needed
-constexpr std::uint32_t coarsest_level = 6;          // more blur than 64 texels shows nothing
+constexpr std::uint32_t subpixel_positions = 64;    // of an image that is written
+constexpr std::uint32_t redraw_samples = 64;        // per texel and half between two shifts of the light map
+constexpr std::uint32_t candidate_directions = 64;  // for the layers, beside the evenly spread ones
+constexpr std::uint32_t candidate_size = 256;       // of their films
+constexpr std::size_t surface_samples = 16384;      // points on which the choice rests
+constexpr std::uint32_t mark_positions = 8;         // subpixel positions whose texels are needed
+constexpr std::uint32_t coarsest_level = 6;         // more blur than 64 texels shows nothing
 
 /// Adds the wall time of its own life to a counter.
 class Timer {
@@ -277,7 +277,8 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
       compute.finish();
     }
     Timer timer(statistics.seconds.read);
-    const std::vector<kernels::float4> sums = compute.read<kernels::float4>(passes.film.sums, pixels * 2 * levels.size());
+    const std::vector<kernels::float4> sums =
+        compute.read<kernels::float4>(passes.film.sums, pixels * 2 * levels.size());
     const float weight = 1.0F / static_cast<float>(positions);
     for (std::size_t set = 0; set < levels.size(); ++set)
       for (std::size_t i = 0; i < pixels; ++i) {
@@ -300,8 +301,7 @@ double Renderer::estimate() {
   State& s = *state_;
   return with_device_errors(s.compute.info(), [&] {
     std::vector<cl_uint> levels;
-    if (s.plan.pyramids && s.first_estimate)
-      s.level = std::min(s.passes.layers.levels - 1, coarsest_level);
+    if (s.plan.pyramids && s.first_estimate) s.level = std::min(s.passes.layers.levels - 1, coarsest_level);
     s.first_estimate = false;
     double shown = INFINITY;
     // Down while it gets better: the level falls as the image converges, and never rises again.
@@ -358,7 +358,8 @@ const Statistics& Renderer::statistics() const {
   t.frames = s.frame;
   std::uint32_t samples = 0;
   for (const auto& light : s.plan.lights) samples += 2 * light.samples;
-  t.evaluations = static_cast<double>(t.layers_texels_evaluated) * samples * s.frame * static_cast<double>(s.plan.media.size());
+  t.evaluations =
+      static_cast<double>(t.layers_texels_evaluated) * samples * s.frame * static_cast<double>(s.plan.media.size());
   t.left_out = s.plan.left_out;
   t.bytes_peak = s.compute.bytes_peak();
   t.kernel_seconds = {};

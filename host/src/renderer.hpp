@@ -13,7 +13,7 @@ struct DeviceInfo {
   std::uint32_t index = 0;  ///< what --device N takes
   std::string name, platform, vendor, driver, version, type;
   std::uint32_t compute_units = 0;
-  std::uint32_t vector_width = 0;  ///< lanes Parian uses: 8 on CPUs, 1 on GPUs
+  std::uint32_t vector_width = 0;                       ///< lanes Parian uses: 8 on CPUs, 1 on GPUs
   std::uint64_t global_memory = 0, max_allocation = 0;  ///< bytes
 };
 

@@ -22,7 +22,7 @@ struct Material {
 };
 
 struct DirectionalLight {
-  glm::dvec3 towards{0.5, 0.6, -0.6};                                             ///< to the light; any length > 0
+  glm::dvec3 towards{0.5, 0.6, -0.6};                                           ///< to the light; any length > 0
   glm::dvec3 irradiance{std::numbers::pi, std::numbers::pi, std::numbers::pi};  ///< on a surface that faces it
 };
 
@@ -75,9 +75,9 @@ struct Image {
 
 /// One thing the plan left out: what, why, and what that saved.
 struct Omission {
-  std::string what;   ///< the name that --keep takes
-  std::string why;    ///< one clause
-  std::string unit;   ///< of `count`: "evaluations", "bytes", "launches", ...
+  std::string what;  ///< the name that --keep takes
+  std::string why;   ///< one clause
+  std::string unit;  ///< of `count`: "evaluations", "bytes", "launches", ...
   double count = 0.0;
   bool estimated = false;  ///< false: counted
 };
@@ -90,8 +90,8 @@ struct Seconds {
 /// What a render says of itself; the keys of --stats.
 struct Statistics {
   std::uint32_t frames = 0;
-  std::string stopped_by;  ///< "error", "frames", "time" or "interrupt"
-  double estimated_relmse = -1.0;  ///< negative: not known
+  std::string stopped_by;               ///< "error", "frames", "time" or "interrupt"
+  double estimated_relmse = -1.0;       ///< negative: not known
   double estimated_bias_relmse = -1.0;  ///< negative: not known
   double evaluations = 0.0;
   Seconds seconds;
