@@ -93,7 +93,7 @@ static float transmittance_to(View view, Surface s, Boundary boundary) {  // T21
   const float3 o = normalize(view.origin.xyz - s.x);
   const real3 w_o = real3_make(real_splat(o.x), real_splat(o.y), real_splat(o.z));
   const real3 n = real3_make(real_splat(s.n_s.x), real_splat(s.n_s.y), real_splat(s.n_s.z));
-  return real_first(fresnel_transmittance(real3_dot(bend_normal(n, w_o), w_o), boundary));
+  return LANE(fresnel_transmittance(real3_dot(bend_normal(n, w_o), w_o), boundary), 0);
 }
 
 // Marks the level-0 texels that a view reads.
@@ -175,13 +175,13 @@ __kernel void gather_direct(const View view, const Window window, __global const
                             __global const float4* restrict positions, __global const uint* restrict triangles,
                             __global const float* restrict normals, __constant Light* lights,
                             __global const float4* restrict map, __constant Medium* media, const Boundary boundary,
-                            const Density density, __global const float* restrict log_rho, const uint seed,
+                            const Density density, __global const float2* restrict rho, const uint seed,
                             __global const float2* restrict extent, __constant uint* level_first, const uint levels,
                             const uint round, const uint rounds, const uint sets,
                             __global const uint* restrict n_direct, __global const uint* restrict direct,
                             __global float4* restrict film) {
   const uint first = (uint)get_global_id(0), stride = (uint)get_global_size(0), n_pixels = window.width * window.height;
-  const Transport transport = make_transport(lights, map, media, boundary, density, log_rho, seed);
+  const Transport transport = make_transport(lights, map, media, boundary, density, rho, seed);
   const uint n = n_direct[0];
   for (uint item = first; item < n; item += stride) {
     const uint i = direct[item];
@@ -191,7 +191,7 @@ __kernel void gather_direct(const View view, const Window window, __global const
     const uint point = 0x80000000u | ((uint)p.y * view.width + (uint)p.x);
     float4 centre[LIGHTS];
     for (uint l = 0; l < LIGHTS; ++l)
-      centre[l] = sampling_centre(s.x, lights + l, density, log_rho, extent, level_first, levels);
+      centre[l] = sampling_centre(s.x, lights + l, density, rho, extent, level_first, levels);
     const float3 a = factor * scattered_radiance(transport, s.x, s.n_s, point, 0, round, rounds, centre);
     const float3 b = factor * scattered_radiance(transport, s.x, s.n_s, point, 1, round, rounds, centre);
     for (uint set = 0; set < sets; ++set) {

@@ -10,24 +10,6 @@
 #define MAX_LEVELS 16
 #define NO_SLOT 0xffffffffu  // of a texel without values
 
-#if VW == 1
-#define LANES 0u
-#define real_load(p) ((p)[0])
-#define real_first(v) (v)
-#else
-#define VW_NAME_(name, n) name##n
-#define VW_NAME(name, n) VW_NAME_(name, n)
-#define real_load(p) VW_NAME(vload, VW)(0, p)
-#define real_first(v) ((v).s0)
-#if VW == 4
-#define LANES ((uint4)(0, 1, 2, 3))
-#elif VW == 8
-#define LANES ((uint8)(0, 1, 2, 3, 4, 5, 6, 7))
-#else
-#define LANES ((uint16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
-#endif
-#endif
-
 // What every evaluation reads: lights with their maps, the medium, and the density of samples.
 typedef struct {
   __constant Light* lights;
@@ -35,12 +17,12 @@ typedef struct {
   __constant Medium* media;
   Boundary boundary;
   Density density;
-  __global const float* log_rho;
+  __global const float2* rho;
   uint seed;
 } Transport;
 
 // Where samples of one light are centred for one point: (x, y in the light's frame, h, log G(h)).
-static float4 sampling_centre(float3 x, __constant Light* light, Density density, __global const float* log_rho,
+static float4 sampling_centre(float3 x, __constant Light* light, Density density, __global const float2* rho,
                               __global const float2* extent, __constant uint* level_first, uint levels) {
   const float3 p = to_frame(light->view, x - light->view.origin.xyz);
 #if ESTIMATOR != 0
@@ -97,17 +79,17 @@ static float4 sampling_centre(float3 x, __constant Light* light, Density density
       }
   }
   const float d_min = nearest < FLT_MAX ? sqrt(nearest) / scale : 0.0f;
-  const float h = sqrt(density.h_min * density.h_min + d_min * d_min), log_h = log(h);
-  uint low = 0, high = density.entries - 1;  // log_rho falls: log_rho[low] > log_h >= log_rho[high]
+  const float h = sqrt(density.h_min * density.h_min + d_min * d_min);
+  uint low = 0, high = density.entries - 1;  // rho falls: rho[low] > h >= rho[high]
   while (high - low > 1) {
     const uint middle = (low + high) / 2;
-    if (log_rho[middle] > log_h)
+    if (rho[middle].x > h)
       low = middle;
     else
       high = middle;
   }
-  const float f = clamp((log_rho[low] - log_h) / (log_rho[low] - log_rho[high]), 0.0f, 1.0f);
-  const float log_G = density.log_G_min + ((float)low + f) / density.inverse_step;
+  const float log_G =
+      density.log_G_min + ((float)low + clamp((rho[low].x - h) / rho[low].y, 0.0f, 1.0f)) / density.inverse_step;
   return (float4)((centre.x - light->view.centre_x) / scale, (centre.y - light->view.centre_y) / scale, h, log_G);
 #endif
 }
@@ -124,32 +106,32 @@ static void turn(real v, real* c, real* s) {
   *s = real_select((quarter == 2.0f) | (quarter == 3.0f), -b, b);
 }
 
-// A sample's distance from the centre and the inverse of its area density (0: outside of what is sampled), from two
-// numbers of the sequence; `t` is 1 - u.
-static real sample_radius(Density density, __global const float* log_rho, float h, float log_G, real t, real* weight) {
+// Natural logarithm of a normal number in (0, 1], to 1e-7: the built-in one is scalar on some CPU drivers.
+static real log_of_fraction(real t) {
+  const mask bits = as_mask(t), exponent = (bits - 0x3f400000) & (int)0xff800000;  // mantissa in [0.75, 1.5)
+  const real m = as_real(bits - exponent), z = (m - 1.0f) / (m + 1.0f), z2 = z * z;
+  const real series = 2.0f * z * (1.0f + z2 * (1.0f / 3.0f + z2 * (0.2f + z2 * (1.0f / 7.0f + z2 * (1.0f / 9.0f)))));
+  return convert_real(exponent >> 23) * 0.69314718f + series;
+}
+
+// A sample's distance from the centre and the inverse of its area density (0: outside of what is sampled), from one
+// number of the sequence; `t` is 1 - u.
+static real sample_radius(Density density, __global const float2* rho_table, float h, float log_G, real t,
+                          real* weight) {
 #if ESTIMATOR == 0
-  // rho = G^-1(t G(h)), r^2 = rho^2 - h^2. Within a step log rho is linear in log G with slope s, so that the area
-  // density is t / (2 pi |s| rho^2): exact, whatever the table's own error.
-  const real position = (real_log(t) + log_G - density.log_G_min) * density.inverse_step;
-  const mask inside = position >= 0.0f;
-  const real cell = real_min(real_max(floor(position), 0.0f), (float)density.entries - 2.0f);
-  float low[VW], high[VW], at[VW];
-#if VW == 1
-  at[0] = cell;
-#else
-  VW_NAME(vstore, VW)(cell, 0, at);
-#endif
-  for (uint lane = 0; lane < VW; ++lane) {
-    low[lane] = log_rho[(uint)at[lane]];
-    high[lane] = log_rho[(uint)at[lane] + 1];
-  }
-  const real a = real_load(low), fall = a - real_load(high);
-  const real rho = real_exp(a - fall * (position - cell));
-  *weight = real_select(inside, 2.0f * PI_F * density.inverse_step * fall * rho * rho / t, real_splat(0.0f));
+  // rho = G^-1(t G(h)), r^2 = rho^2 - h^2. Within a step rho is linear in log G with slope s, so that the area density
+  // is t / (2 pi |s| rho): exact, whatever the table's own error.
+  const real position = (log_of_fraction(t) + log_G - density.log_G_min) * density.inverse_step;
+  const real cell = real_min(real_max(floor(position), real_splat(0.0f)), real_splat((float)density.entries - 2.0f));
+  const ureal entry = convert_ureal(cell);
+#define RHO(lane) rho_table[LANE(entry, lane)].x
+#define FALL(lane) rho_table[LANE(entry, lane)].y
+  const real fall = FROM_LANES(FALL), rho = FROM_LANES(RHO) - fall * (position - cell);
+  *weight = real_select(position >= 0.0f, 2.0f * PI_F * density.inverse_step * fall * rho / t, real_splat(0.0f));
   return real_sqrt(real_max(rho * rho - h * h, real_splat(0.0f)));
 #elif ESTIMATOR == 1
   const float reach = 1.0f - exp(-density.sigma * density.radius);
-  const real decay = 1.0f - (1.0f - t) * reach, r = -real_log(decay) / density.sigma;
+  const real decay = 1.0f - (1.0f - t) * reach, r = -log_of_fraction(decay) / density.sigma;
   *weight = 2.0f * PI_F * r * reach / (density.sigma * decay);
   return r;
 #else
@@ -171,7 +153,7 @@ static float3 scattered_radiance(Transport transport, float3 x, float3 n, uint p
     const real3 towards = real3_make(real_splat(0.0f), real_splat(0.0f), real_splat(1.0f));
     const float4 centre = centres[l];
     const float sample_x = light->sample_x[half_index], sample_y = light->sample_y[half_index];
-    __global const float4* map = transport.map + 2 * (light->map + half_index * view.width * view.height);
+    __global const float4* map = transport.map + light->map + half_index * view.width * view.height;
     const uint scramble = hash_combine(hash_combine(point, transport.seed), 2 * l + half_index);
     const uint shift_u = hash(scramble), shift_v = hash(scramble ^ 0x68bc21ebu);
     const uint first = round * light->samples, last = first + rounds * light->samples;
@@ -182,7 +164,7 @@ static float3 scattered_radiance(Transport transport, float3 x, float3 n, uint p
       const real t = (real_from_bits((index * R2_STEP_U + shift_u) >> 8) + 0.5f) * 0x1p-24f;
       const real v = real_from_bits((index * R2_STEP_V + shift_v) >> 8) * 0x1p-24f;
       real weight, cosine, sine;
-      const real r = sample_radius(transport.density, transport.log_rho, centre.z, centre.w, t, &weight);
+      const real r = sample_radius(transport.density, transport.rho, centre.z, centre.w, t, &weight);
       turn(v, &cosine, &sine);
       const real light_x = centre.x + r * cosine, light_y = centre.y + r * sine;
       const real film_x = light_x * view.scale + view.centre_x, film_y = light_y * view.scale + view.centre_y;
@@ -190,35 +172,26 @@ static float3 scattered_radiance(Transport transport, float3 x, float3 n, uint p
       mask lit = (column >= 0.0f) & (column < (float)view.width) & (row >= 0.0f) & (row < (float)view.height) &
                  (weight > 0.0f);
 #if VW > 1
-      lit &= VW_NAME(as_int, VW)(index < (ureal)(last));
+      lit &= index < (ureal)(last);
 #endif
-      // Texels are gathered lane by lane; everything else is as wide as the device likes.
-      float height[VW], slope_x[VW], slope_y[VW], covered[VW], n_x[VW], n_y[VW], n_z[VW], texel[VW];
-      const real inside_texel = real_select(lit, row * (float)view.width + column, real_splat(0.0f));
-#if VW == 1
-      texel[0] = inside_texel;
-#else
-      VW_NAME(vstore, VW)(inside_texel, 0, texel);
-#endif
-      for (uint lane = 0; lane < VW; ++lane) {
-        const float4 a = map[2 * (uint)texel[lane]], b = map[2 * (uint)texel[lane] + 1];
-        height[lane] = a.x;
-        slope_x[lane] = a.y;
-        slope_y[lane] = a.z;
-        covered[lane] = a.w;
-        n_x[lane] = b.x;
-        n_y[lane] = b.y;
-        n_z[lane] = b.z;
-      }
-      lit &= real_load(covered) > 0.0f;
+      // Texels are read lane by lane; everything else is as wide as the device likes.
+      const ureal texel = convert_ureal(real_select(lit, row * (float)view.width + column, real_splat(0.0f)));
+#define HEIGHT(lane) map[LANE(texel, lane)].x
+#define SLOPE_X(lane) map[LANE(texel, lane)].y
+#define SLOPE_Y(lane) map[LANE(texel, lane)].z
+#define NORMAL(lane) map[LANE(texel, lane)].w
+      const real height = FROM_LANES(HEIGHT), slope_x = FROM_LANES(SLOPE_X), slope_y = FROM_LANES(SLOPE_Y);
+      const mask packed = as_mask(FROM_LANES(NORMAL));
+      lit &= height > UNLIT;
       // The light ray through the sample meets the plane of the texel's geometric normal.
-      const real light_z = real_load(height) + (real_load(slope_x) * (film_x - column - sample_x) +
-                                                real_load(slope_y) * (film_y - row - sample_y)) /
-                                                   view.scale;
-      const real3 n_i =
-          real3_select(lit, bend_normal(real3_make(real_load(n_x), real_load(n_y), real_load(n_z)), towards), towards);
+      const real light_z =
+          height + (slope_x * (film_x - column - sample_x) + slope_y * (film_y - row - sample_y)) / view.scale;
+      const real n_x = convert_real((packed << 16) >> 16) * (1.0f / 32767.0f);
+      const real n_y = convert_real(packed >> 16) * (1.0f / 32767.0f);
+      const real n_z = real_sqrt(real_max(1.0f - n_x * n_x - n_y * n_y, real_splat(1e-4f)));
+      const real3 n_i = real3_make(n_x, n_y, n_z);
       const real3 w12 = refract_into(towards, n_i, transport.boundary);
-      const real T12 = fresnel_transmittance(n_i.z, transport.boundary);
+      const real T12 = fresnel_transmittance(n_z, transport.boundary);
       const DipoleGeometry geometry =
           dipole_geometry(real3_make(p.x - light_x, p.y - light_y, p.z - light_z), w12, n_i, n_o);
       const real factor = real_select(lit, weight * T12, real_splat(0.0f));
@@ -231,14 +204,14 @@ static float3 scattered_radiance(Transport transport, float3 x, float3 n, uint p
 }
 
 static Transport make_transport(__constant Light* lights, __global const float4* map, __constant Medium* media,
-                                Boundary boundary, Density density, __global const float* log_rho, uint seed) {
+                                Boundary boundary, Density density, __global const float2* rho, uint seed) {
   Transport t;
   t.lights = lights;
   t.map = map;
   t.media = media;
   t.boundary = boundary;
   t.density = density;
-  t.log_rho = log_rho;
+  t.rho = rho;
   t.seed = seed;
   return t;
 }
@@ -267,7 +240,7 @@ __kernel void layers_resolve(const View view, __global const uint* restrict ids,
 __kernel void layers_points(__constant View* views, const uint n_points, __global const uint* restrict needed,
                             __global const uint* restrict ids, __global const float4* restrict positions,
                             __global const uint* restrict triangles, __global const float* restrict normals,
-                            __constant Light* lights, const Density density, __global const float* restrict log_rho,
+                            __constant Light* lights, const Density density, __global const float2* restrict rho,
                             __global const float2* restrict extent, __constant uint* level_first, const uint levels,
                             __global float4* restrict points, __global float4* restrict centres) {
   const uint i = (uint)get_global_id(0);
@@ -279,25 +252,27 @@ __kernel void layers_points(__constant View* views, const uint n_points, __globa
   points[2 * i] = (float4)(s.x, as_float(texel));
   points[2 * i + 1] = (float4)(s.n_s, 0.0f);
   for (uint l = 0; l < LIGHTS; ++l)
-    centres[LIGHTS * i + l] = sampling_centre(s.x, lights + l, density, log_rho, extent, level_first, levels);
+    centres[LIGHTS * i + l] = sampling_centre(s.x, lights + l, density, rho, extent, level_first, levels);
 }
 
 // One frame: a round of samples for both halves of every needed texel. values[2 i + half] sums rounds, RGB.
 __kernel void layers_accumulate(const uint n_points, __global const float4* restrict points,
                                 __global const float4* restrict centres, __constant Light* lights,
                                 __global const float4* restrict map, __constant Medium* media, const Boundary boundary,
-                                const Density density, __global const float* restrict log_rho, const uint seed,
+                                const Density density, __global const float2* restrict rho, const uint seed,
                                 const uint frame, __global float4* restrict values) {
-  const uint i = (uint)get_global_id(0), point = i / 2;
-  if (point >= n_points) return;
-  const Transport transport = make_transport(lights, map, media, boundary, density, log_rho, seed);
+  const uint i = (uint)get_global_id(0);
+  if (i >= 2 * n_points) return;
+  const uint half_index = i >= n_points, point = i - half_index * n_points;  // one half's maps stay in the caches
+  const Transport transport = make_transport(lights, map, media, boundary, density, rho, seed);
   const float4 x = points[2 * point];
   float4 centre[LIGHTS];
   for (uint l = 0; l < LIGHTS; ++l) centre[l] = centres[LIGHTS * point + l];
   const float3 radiance =
-      scattered_radiance(transport, x.xyz, points[2 * point + 1].xyz, as_uint(x.w), i % 2, frame, 1, centre);
-  const float4 before = frame == 0 ? (float4)(0.0f) : values[i];
-  values[i] = before + (float4)(radiance, 0.0f);
+      scattered_radiance(transport, x.xyz, points[2 * point + 1].xyz, as_uint(x.w), half_index, frame, 1, centre);
+  const uint slot = 2 * point + half_index;
+  const float4 before = frame == 0 ? (float4)(0.0f) : values[slot];
+  values[slot] = before + (float4)(radiance, 0.0f);
 }
 
 // For the choice of layers: how well a view sees each point of the surface, its cosine, or 0 where it is hidden.

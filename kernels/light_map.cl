@@ -1,8 +1,10 @@
 // Pass 1: the surface as each light sees it, and a pyramid of heights that finds the lit texel nearest to a point.
 //
 // All lies in the light's own frame: x along the map's right, y along its down, z towards the light, in units of the
-// positions. A texel is two float4: (height at the sample, its slope along x and y, 1 if lit) and (n_s, 0).
+// positions. A texel is a float4: height at the sample (UNLIT where nothing is), its slope along x and y, and the
+// shading normal, bent towards the light where it must be, as two signed 16-bit fractions x and y in the bits of w.
 
+#define UNLIT -8.0f
 #define MIN_COSINE_OF_REBUILD 0.1f  // steeper texels are not extrapolated farther than this slope
 
 static float3 to_frame(View view, float3 v) {
@@ -15,18 +17,22 @@ __kernel void light_map_resolve(const View view, const Window window, __global c
                                 __global float4* restrict map) {
   const uint i = (uint)get_global_id(0);
   if (i >= window.width * window.height) return;
-  float4 height = (float4)(0.0f), normal = (float4)(0.0f);
+  float4 texel = (float4)(UNLIT, 0.0f, 0.0f, 0.0f);
   if (ids[i] != NO_TRIANGLE) {
     const float px = (float)(i % window.width) + (float)window.sample_x / SUBPIXELS;
     const float py = (float)(i / window.width) + (float)window.sample_y / SUBPIXELS;
     const Surface s = surface_at(view, px, py, ids[i], positions, triangles, normals);
     const float3 n_g = to_frame(view, s.n_g);
     const float steepness = 1.0f / fmax(n_g.z, MIN_COSINE_OF_REBUILD);
-    height = (float4)(dot(s.x - view.origin.xyz, view.back.xyz), -n_g.x * steepness, -n_g.y * steepness, 1.0f);
-    normal = (float4)(to_frame(view, s.n_s), 0.0f);
+    const float3 n = to_frame(view, s.n_s);
+    const real3 n_s = bend_normal(real3_make(real_splat(n.x), real_splat(n.y), real_splat(n.z)),
+                                  real3_make(real_splat(0.0f), real_splat(0.0f), real_splat(1.0f)));
+    const uint n_x = (uint)convert_int_rte(LANE(n_s.x, 0) * 32767.0f) & 0xffffu;
+    const uint n_y = (uint)convert_int_rte(LANE(n_s.y, 0) * 32767.0f) & 0xffffu;
+    texel = (float4)(dot(s.x - view.origin.xyz, view.back.xyz), -n_g.x * steepness, -n_g.y * steepness,
+                     as_float(n_x | n_y << 16));
   }
-  map[2 * (first + i)] = height;
-  map[2 * (first + i) + 1] = normal;
+  map[first + i] = texel;
 }
 
 // Level 0 of the height pyramid: (lowest, highest) of each texel; an empty node has lowest > highest.
@@ -34,8 +40,8 @@ __kernel void light_map_extent(const uint n_texels, __global const float4* restr
                                __global float2* restrict extent, const uint first_node) {
   const uint i = (uint)get_global_id(0);
   if (i >= n_texels) return;
-  const float4 texel = map[2 * (first + i)];
-  extent[first_node + i] = texel.w > 0.0f ? texel.xx : (float2)(FLT_MAX, -FLT_MAX);
+  const float height = map[first + i].x;
+  extent[first_node + i] = height > UNLIT ? (float2)(height) : (float2)(FLT_MAX, -FLT_MAX);
 }
 
 // The next level from the one below; sizes halve upwards, and children beyond the border are empty.

@@ -35,7 +35,6 @@ SHARED real real_sqrt(real x) { return std::sqrt(x); }
 SHARED real real_rsqrt(real x) { return 1.0 / std::sqrt(x); }
 SHARED real real_exp(real x) { return std::exp(x); }
 SHARED real real_expm1(real x) { return std::expm1(x); }
-SHARED real real_log(real x) { return std::log(x); }
 SHARED real real_min(real a, real b) { return std::min(a, b); }
 SHARED real real_max(real a, real b) { return std::max(a, b); }
 SHARED real real_abs(real x) { return std::fabs(x); }
@@ -77,11 +76,43 @@ typedef float16 real;
 typedef int16 mask;
 typedef uint16 ureal;
 #define real_from_bits(u) convert_float16(u)
-#define real_sum(v)                                                                         \
+#define real_sum(v)                                                                      \
   (((((v).s0 + (v).s1) + ((v).s2 + (v).s3)) + (((v).s4 + (v).s5) + ((v).s6 + (v).s7))) + \
    ((((v).s8 + (v).s9) + ((v).sa + (v).sb)) + (((v).sc + (v).sd) + ((v).se + (v).sf))))
 #else
 #error "VW is 1, 4, 8 or 16"
+#endif
+
+#define PASTE_(a, b) a##b
+#define PASTE(a, b) PASTE_(a, b)
+#if VW == 1
+#define WIDE(type) type
+#else
+#define WIDE(type) PASTE(type, VW)
+#endif
+#define as_real(x) WIDE(as_float)(x)
+#define as_mask(x) WIDE(as_int)(x)
+#define convert_real(x) WIDE(convert_float)(x)
+#define convert_ureal(x) WIDE(convert_uint)(x)
+
+// Lanes: their numbers, and what each of them reads from memory at its own index.
+#if VW == 1
+#define LANES 0u
+#define FROM_LANES(f) (f(0))
+#define LANE(v, lane) (v)
+#elif VW == 4
+#define LANES ((uint4)(0, 1, 2, 3))
+#define FROM_LANES(f) ((float4)(f(0), f(1), f(2), f(3)))
+#define LANE(v, lane) ((v).s##lane)
+#elif VW == 8
+#define LANES ((uint8)(0, 1, 2, 3, 4, 5, 6, 7))
+#define FROM_LANES(f) ((float8)(f(0), f(1), f(2), f(3), f(4), f(5), f(6), f(7)))
+#define LANE(v, lane) ((v).s##lane)
+#else
+#define LANES ((uint16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
+#define FROM_LANES(f) \
+  ((float16)(f(0), f(1), f(2), f(3), f(4), f(5), f(6), f(7), f(8), f(9), f(a), f(b), f(c), f(d), f(e), f(f)))
+#define LANE(v, lane) ((v).s##lane)
 #endif
 
 typedef long i64;
@@ -90,15 +121,16 @@ SHARED real real_select(mask m, real a, real b) { return select(b, a, m); }
 SHARED real real_sqrt(real x) { return sqrt(x); }
 SHARED real real_rsqrt(real x) { return rsqrt(x); }
 SHARED real real_exp(real x) { return exp(x); }
-SHARED real real_log(real x) { return log(x); }
 SHARED real real_min(real a, real b) { return fmin(a, b); }
 SHARED real real_max(real a, real b) { return fmax(a, b); }
 SHARED real real_abs(real x) { return fabs(x); }
 // The built-in expm1 is scalar on some CPU drivers: a series below 0.4, where exp(x) - 1 would cancel, and exp above.
 SHARED real real_expm1(real x) {
   const real series =
-      x * (1.0f + x * (0.5f + x * (1.0f / 6.0f + x * (1.0f / 24.0f + x * (1.0f / 120.0f + x * (1.0f / 720.0f +
-      x * (1.0f / 5040.0f + x * (1.0f / 40320.0f))))))));
+      x * (1.0f + x * (0.5f + x * (1.0f / 6.0f +
+                                   x * (1.0f / 24.0f +
+                                        x * (1.0f / 120.0f +
+                                             x * (1.0f / 720.0f + x * (1.0f / 5040.0f + x * (1.0f / 40320.0f))))))));
   return real_select(fabs(x) < 0.4f, series, exp(x) - 1.0f);
 }
 

@@ -7,10 +7,10 @@
 #pragma OPENCL FP_CONTRACT OFF  // depth steers control flow: the same bits in every pass and on every device
 #endif
 
-#define SUBPIXELS 256             // positions per pixel and axis: 8 bits
-#define SMALL_BOX 16              // triangles up to 16 x 16 samples are drawn by one work-item
-#define LARGE_BLOCKS 16u          // larger ones by 16, interleaved by rows
-#define GUARD_PIXELS 32768.0f     // triangles farther from the axis are clipped: edges fit in 64 bits with room
+#define SUBPIXELS 256          // positions per pixel and axis: 8 bits
+#define SMALL_BOX 16           // triangles up to 16 x 16 samples are drawn by one work-item
+#define LARGE_BLOCKS 16u       // larger ones by 16, interleaved by rows
+#define GUARD_PIXELS 32768.0f  // triangles farther from the axis are clipped: edges fit in 64 bits with room
 #define NO_TRIANGLE 0xffffffffu
 #define NO_DEPTH 0xffffffffu
 

@@ -34,8 +34,8 @@ typedef struct {
   float4 right;   // unit vectors; pixel x grows along right, pixel y along down, back points at the viewer
   float4 down;
   float4 back;
-  float scale;          // pixels per unit; of a pinhole, focal length in pixels
-  float centre_x;       // film coordinates of the axis
+  float scale;     // pixels per unit; of a pinhole, focal length in pixels
+  float centre_x;  // film coordinates of the axis
   float centre_y;
   float near_distance;  // of a pinhole; 0 marks an orthographic view
   uint width;           // film size in pixels
@@ -70,13 +70,13 @@ typedef struct {
   float4 irradiance;  // RGB on a surface that faces the light, divided by the samples a frame takes of each half
   float sample_x[2];  // where in its pixel each half's map has its samples, in pixels
   float sample_y[2];
-  uint samples;       // of each half in one frame
-  uint map;           // first texel of half A in the light maps' buffer; half B follows
-  uint extent;        // first node of this light's height pyramid
+  uint samples;  // of each half in one frame
+  uint map;      // first texel of half A in the light maps' buffer; half B follows
+  uint extent;   // first node of this light's height pyramid
   uint pad;
 } Light;
 
-// The radial density of samples around a point's nearest lit texel, as a table of log rho over equal steps of log G
+// The radial density of samples around a point's nearest lit texel, as a table of rho over equal steps of log G
 // (sampling.h); the baselines use sigma and radius instead.
 typedef struct {
   float log_G_min;     // log G of entry 0, the largest rho; below it nothing is sampled

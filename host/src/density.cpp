@@ -55,15 +55,16 @@ DensityTable density_table(const std::vector<kernels::Medium>& media, double dis
     log_G[i] = log_add(log_step(a + i * step, a + (i + 1) * step, sigma), log_G[i + 1]);
 
   DensityTable table;
-  table.log_rho.resize(entries);
+  table.rho.resize(entries);
   const double low = log_G[grid_steps], spacing = (log_G[0] - low) / (entries - 1);
   int cell = grid_steps - 1;
   for (std::uint32_t e = 0; e < entries; ++e) {
     const double y = low + spacing * e;
     while (cell > 0 && log_G[cell] < y) --cell;
     const double f = std::clamp((y - log_G[cell + 1]) / (log_G[cell] - log_G[cell + 1]), 0.0, 1.0);
-    table.log_rho[e] = static_cast<float>(a + step * (cell + 1 - f));
+    table.rho[e][0] = static_cast<float>(std::exp(a + step * (cell + 1 - f)));
   }
+  for (std::uint32_t e = 0; e + 1 < entries; ++e) table.rho[e][1] = table.rho[e][0] - table.rho[e + 1][0];
   auto& p = table.parameters;
   p.log_G_min = static_cast<float>(low);
   p.inverse_step = static_cast<float>(1.0 / spacing);

@@ -1,5 +1,6 @@
 // The radial density of samples around a point's nearest lit texel, tabulated in double.
 #pragma once
+#include <array>
 #include <vector>
 
 #include "kernels/types.h"
@@ -9,7 +10,7 @@ namespace parian {
 
 struct DensityTable {
   kernels::Density parameters{};
-  std::vector<float> log_rho;  ///< over equal steps of log G, largest rho first
+  std::vector<std::array<float, 2>> rho;  ///< over equal steps of log G, largest first; and its fall to the next
 };
 
 /// `media` in object units, at least one. G(t) = integral from t to infinity of s^(1-p) exp(-sigma_tr s) ds with

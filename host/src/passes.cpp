@@ -89,7 +89,7 @@ void make_light_maps(Passes& p, const std::vector<glm::dvec3>& points, std::uint
     m.lights.push_back(light);
   }
   m.lights_buffer = p.compute.upload(m.lights);
-  m.map = p.compute.buffer<kernels::float4>(4 * texels * m.lights.size());
+  m.map = p.compute.buffer<kernels::float4>(2 * texels * m.lights.size());
   m.extent = p.compute.buffer<cl_float2>(first.back() * m.lights.size());
   m.level_first = p.compute.upload(first);
   m.depth = p.compute.buffer<cl_uint>(texels);
@@ -168,8 +168,8 @@ void set_needed(Passes& p, const std::vector<cl_uint>& needed) {
   k.centres = p.compute.buffer<kernels::float4>(m.lights.size() * needed.size());
   k.values = p.compute.buffer<kernels::float4>(2 * (needed.size() + k.level_first.back() - k.level_first[1]));
   p.compute.launch("layers_points", k.n_points, Stage::layers, k.views_buffer, k.n_points, list, k.ids, g.positions,
-                   g.triangles, g.normals, m.lights_buffer, p.plan.density.parameters, p.log_rho, m.extent,
-                   m.level_first, m.levels, k.points, k.centres);
+                   g.triangles, g.normals, m.lights_buffer, p.plan.density.parameters, p.rho, m.extent, m.level_first,
+                   m.levels, k.points, k.centres);
   p.compute.finish();
   p.compute.release(list);
   p.compute.release(k.ids);
@@ -179,7 +179,7 @@ void accumulate_layers(Passes& p, std::uint32_t frame) {
   const Layers& k = p.layers;
   p.compute.launch("layers_accumulate", std::size_t{2} * k.n_points, Stage::layers, k.n_points, k.points, k.centres,
                    p.light_maps.lights_buffer, p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters,
-                   p.log_rho, p.seed, frame, k.values);
+                   p.rho, p.seed, frame, k.values);
 }
 
 void build_pyramids(Passes& p, std::uint32_t level) {
@@ -205,7 +205,7 @@ void gather(Passes& p, const kernels::View& view, const kernels::Window& window,
                    g.normals, k.views_buffer, k.level_first_buffer, k.geometry, k.slots, k.count(), k.size, k.values,
                    scale, p.plan.boundary, level, sets, f.sums, f.n_direct, f.direct);
   p.compute.launch("gather_direct", direct_items, Stage::gather, view, window, f.ids, g.positions, g.triangles,
-                   g.normals, m.lights_buffer, m.map, p.media, p.plan.boundary, p.plan.density.parameters, p.log_rho,
+                   g.normals, m.lights_buffer, m.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho,
                    p.seed, m.extent, m.level_first, m.levels, round, rounds, sets, f.n_direct, f.direct, f.sums);
 }
 

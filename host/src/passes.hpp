@@ -50,7 +50,7 @@ struct Passes {
   Compute& compute;
   const Plan& plan;
   Geometry geometry;
-  cl::Buffer media, log_rho;
+  cl::Buffer media, rho;
   LightMaps light_maps;
   Layers layers;
   Film film;

@@ -121,7 +121,7 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
       std::uint64_t{std::min(scene.film.x, window_limit)} * std::min(scene.film.y, window_limit);
   const std::uint64_t all_levels = plan.pyramids ? texels + texels / 3 + 4 * settings.layers * 16 : texels;
   const std::uint64_t records = triangles * plan.slots * sizeof(kernels::RasterTriangle);
-  const std::uint64_t maps = plan.lights.size() * 2 * map * 32;
+  const std::uint64_t maps = plan.lights.size() * 2 * map * 16;
   const std::uint64_t values = all_levels * 32, film = pixels * 32 * 3;
   plan.largest = std::max({records, maps, values, film, texels * 32});
   plan.bytes = scene.mesh.positions.size() * 16 + triangles * (12 + 36) + records + triangles * plan.slots * 4 + maps +

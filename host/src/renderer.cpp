@@ -93,7 +93,7 @@ void Renderer::State::prepare() {
     for (const Camera& camera : scene.cameras) cameras.push_back(pinhole_view(camera, plan.space, scene.film));
     upload_geometry(passes, scene.mesh);
     passes.media = compute.upload(plan.media);
-    passes.log_rho = compute.upload(plan.density.log_rho);
+    passes.rho = compute.upload(plan.density.rho);
     allocate_film();
     make_layers(passes, choose_layers(), settings.layer_size, plan.pyramids);
     measure_coverage();
