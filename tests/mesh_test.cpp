@@ -181,6 +181,24 @@ TEST(CleanMesh, DuplicatesUnreferencedAndZeroArea) {
   }
 }
 
+TEST(CleanMesh, SliversThatCloseASeamLeaveItClosed) {
+  // A tetrahedron with two corners on one edge, seen by one of its two triangles only; slivers fill the gap.
+  const PolygonMesh seam = triangles({{0, 0, 0}, {3, 0, 0}, {0, 3, 0}, {0, 0, 3}, {1, 0, 0}, {2, 0, 0}}, {{0, 2, 4},
+                                                                                                          {4, 2, 5},
+                                                                                                          {5, 2, 1},
+                                                                                                          {0, 1, 3},
+                                                                                                          {0, 3, 2},
+                                                                                                          {1, 2, 3},  //
+                                                                                                          {0, 4, 1},
+                                                                                                          {4, 5, 1}});
+  const Mesh mesh = clean_mesh(seam);
+  EXPECT_TRUE(mesh.closed);
+  EXPECT_EQ(mesh.triangles.size(), 8U);
+  EXPECT_EQ(mesh.counts.zero_area_faces, 0U);
+  EXPECT_DOUBLE_EQ(volume(mesh), 4.5);
+  EXPECT_NEAR(area(mesh), 3 * 4.5 + 4.5 * std::sqrt(3.0), 1e-12);
+}
+
 TEST(CleanMesh, Refuses) {
   const auto message = [](const PolygonMesh& input) -> std::string {
     try {
