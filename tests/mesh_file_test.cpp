@@ -29,6 +29,7 @@ class MeshFile : public testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
   std::filesystem::path write(const std::string& name, const std::string& bytes) const {
+    std::filesystem::remove(folder_ / name);  // to overwrite makes some file systems wait for the disk
     std::ofstream(folder_ / name, std::ios::binary) << bytes;
     return folder_ / name;
   }
