@@ -15,14 +15,21 @@ namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
 
+/// Messages quote words of damaged files, which mustn't reach a terminal raw.
+std::string printable(std::string message) {
+  for (char& c : message)
+    if (c < ' ' || c > '~') c = '?';
+  return message;
+}
+
 }  // namespace
 
 void refuse(const std::string& file, const std::string& message) {
-  throw Error(ErrorKind::input, fmt::format("{}: {}", file, message));
+  throw Error(ErrorKind::input, fmt::format("{}: {}", file, printable(message)));
 }
 
 void refuse(const std::string& file, std::size_t line, const std::string& message) {
-  throw Error(ErrorKind::input, fmt::format("{}:{}: {}", file, line, message));
+  throw Error(ErrorKind::input, fmt::format("{}:{}: {}", file, line, printable(message)));
 }
 
 void Words::skip(bool over_lines) {

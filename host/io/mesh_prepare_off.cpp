@@ -35,10 +35,12 @@ void check_keyword(std::string_view word, const std::string& file, std::size_t l
   if (dimension) refuse(file, line, fmt::format("'{}' isn't three-dimensional; convert it to OFF", word));
 }
 
-std::uint64_t read_count(std::string_view word, const std::string& file, std::size_t line) {
+std::uint64_t read_count(Words& words, const std::string& file) {
+  const std::string_view word = words.next();
   std::int64_t value = 0;
   if (!parse_integer(word, value) || value < 0 || value > 0x7fffffff)
-    refuse(file, line, fmt::format("'{:.40}' is not a possible count; the line must read 'POINTS FACES EDGES'", word));
+    refuse(file, words.line(),
+           fmt::format("'{:.40}' is not a possible count; the line must read 'POINTS FACES EDGES'", word));
   return static_cast<std::uint64_t>(value);
 }
 
@@ -74,8 +76,8 @@ void write_face(Words& words, std::uint64_t points, std::uint64_t left, Prepared
 
 PreparedMesh prepare_ascii(Words& words, std::string_view bytes, const std::string& file) {
   PreparedMesh mesh;
-  const std::uint64_t points = read_count(words.next(), file, words.line());
-  mesh.faces = read_count(words.next(), file, words.line());
+  const std::uint64_t points = read_count(words, file);
+  mesh.faces = read_count(words, file);
   (void)words.next_in_line();  // edges, often missing
   check_counts(points, mesh.faces, 6, 8, bytes.size() - words.position(), file);
   const bool normals = reader_expects_normals(bytes);

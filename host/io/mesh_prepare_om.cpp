@@ -75,7 +75,7 @@ std::uint64_t item_size(unsigned kind, unsigned bits, unsigned dimensions, const
 }
 
 void skip_custom(Reader& reader, unsigned char version) {
-  if (version >= version_2_2) reader.skip(reader.number(2), 1);  // the type's name
+  if (version >= version_2_2) reader.skip(reader.number(1), 1);  // the type's name
   reader.skip(reader.number(4), 1);
 }
 
@@ -113,7 +113,7 @@ PreparedMesh prepare_om(const std::string& bytes, const std::string& file) {
     const unsigned dimensions = (head >> 11 & 7U) + 1;
     const unsigned bits = head >> 14 & 3U;
     if (entity == sentinel) break;
-    if (named) reader.skip(reader.number(2), 1);
+    if (named) reader.skip(reader.number(1), 1);
     const std::uint64_t items = entity == vertex     ? counts.vertices
                                 : entity == face     ? counts.faces
                                 : entity == edge     ? counts.edges

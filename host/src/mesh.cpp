@@ -66,6 +66,36 @@ bool has_no_area(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) 
   return !(glm::length(glm::cross(b - a, c - a)) > 16.0 * std::numeric_limits<double>::epsilon() * longest);
 }
 
+/// Triangles without area but with three different corners often close the seam between one edge and two shorter ones,
+/// in CAD exports above all; to drop them would open the mesh. So the triangle across their longest edge is split at
+/// the third corner instead, where both halves have an area. Chains of them need a few passes.
+void absorb_slivers(const std::vector<glm::dvec3>& points, std::vector<glm::uvec3>& triangles) {
+  const auto is_sliver = [&](const glm::uvec3& t) { return has_no_area(points[t[0]], points[t[1]], points[t[2]]); };
+  constexpr int passes = 32;
+  bool progress = std::any_of(triangles.begin(), triangles.end(), is_sliver);
+  for (int pass = 0; pass < passes && progress; ++pass) {
+    progress = false;
+    const std::vector<std::uint32_t> mates = find_topology(triangles, points.size()).mates;
+    std::vector<bool> touched(triangles.size(), false);
+    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+      const glm::uvec3 s = triangles[t];
+      if (touched[t] || !is_sliver(s)) continue;
+      const auto edge = [&](std::uint32_t k) { return glm::distance(points[s[k]], points[s[(k + 1) % 3]]); };
+      const std::uint32_t k = edge(0) >= edge(1) && edge(0) >= edge(2) ? 0 : edge(1) >= edge(2) ? 1 : 2;
+      const std::uint32_t mate = mates[3 * t + k];
+      if (mate == no_mate || touched[mate / 3]) continue;
+      const std::uint32_t middle = s[(k + 2) % 3];
+      const std::uint32_t apex = triangles[mate / 3][(mate % 3 + 2) % 3];
+      const glm::uvec3 first(s[k], apex, middle);
+      const glm::uvec3 second(apex, s[(k + 1) % 3], middle);
+      if (apex == middle || is_sliver(first) || is_sliver(second)) continue;
+      triangles[t] = first;
+      triangles[mate / 3] = second;
+      touched[t] = touched[mate / 3] = progress = true;
+    }
+  }
+}
+
 /// Triangles of all faces, with joined points, without those that have no area.
 std::vector<glm::uvec3> make_triangles(const PolygonMesh& polygons, const std::vector<std::uint32_t>& joined,
                                        MeshCounts& counts) {
@@ -92,12 +122,17 @@ std::vector<glm::uvec3> make_triangles(const PolygonMesh& polygons, const std::v
     pieces.clear();
     triangulate(corners, pieces);
     for (const glm::uvec3& t : pieces) {
-      if (has_no_area(corners[t[0]], corners[t[1]], corners[t[2]]))
+      const glm::uvec3 triangle(face[t[0]], face[t[1]], face[t[2]]);
+      if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0])
         ++counts.zero_area_faces;
       else
-        triangles.emplace_back(face[t[0]], face[t[1]], face[t[2]]);
+        triangles.push_back(triangle);
     }
   }
+  absorb_slivers(polygons.points, triangles);
+  counts.zero_area_faces += std::erase_if(triangles, [&](const glm::uvec3& t) {
+    return has_no_area(polygons.points[t[0]], polygons.points[t[1]], polygons.points[t[2]]);
+  });
   if (triangles.empty()) refuse("none of its triangles has an area; choose another mesh");
   return triangles;
 }
