@@ -1,0 +1,196 @@
+// Writing pictures with OpenImageIO.
+#include "image_file.hpp"
+
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <ctime>
+
+#include "embedded.hpp"
+#include "error.hpp"
+#include "whole_file.hpp"
+
+namespace parian {
+namespace {
+
+constexpr double bright = 0.8;         // where `auto` puts the percentile
+constexpr double bright_share = 0.99;  // which percentile
+
+[[noreturn]] void fail(const std::filesystem::path& path, std::string what, const char* remedy) {
+  while (!what.empty() && (what.back() == '\n' || what.back() == ' ')) what.pop_back();
+  std::replace(what.begin(), what.end(), '\n', ' ');
+  throw Error(ErrorKind::output, fmt::format("{}: {}; {}", path.string(), what, remedy));
+}
+
+std::unique_ptr<OIIO::ImageOutput> writer_for(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  if (extension.empty() || extension == ".") {
+    fail(path, "the name has no extension to say the format", "end it in .exr or .png");
+  }
+  extension.erase(0, 1);
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  auto output = extension == "null" || extension == "term" ? nullptr : OIIO::ImageOutput::create(extension);
+  (void)OIIO::geterror();  // OpenImageIO keeps the message until it's asked for
+  if (!output) fail(path, fmt::format("'.{}' is no picture format that can be written", extension), "use .exr or .png");
+  return output;
+}
+
+/// SOURCE_DATE_EPOCH as EXIF writes dates, else the start of 1970.
+std::string date_time() {
+  const char* epoch = std::getenv("SOURCE_DATE_EPOCH");
+  std::time_t seconds = 0;
+  if (epoch) {
+    if (const auto number = parse_number(epoch); number && *number >= 0 && *number < 253402300800.0) {
+      seconds = static_cast<std::time_t>(*number);
+    }
+  }
+  std::tm date{};
+  gmtime_r(&seconds, &date);
+  return fmt::format("{:04}:{:02}:{:02} {:02}:{:02}:{:02}", date.tm_year + 1900, date.tm_mon + 1, date.tm_mday,
+                     date.tm_hour, date.tm_min, date.tm_sec);
+}
+
+float srgb(float linear) {
+  if (!(linear > 0)) return 0;  // NaN too
+  if (linear >= 1) return 1;
+  return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
+}
+
+std::uint8_t byte(float share) {
+  return static_cast<std::uint8_t>(std::lround(255 * std::clamp(std::isnan(share) ? 0.0f : share, 0.0f, 1.0f)));
+}
+
+/// Tone-mapped bytes: unassociated with alpha, over black without.
+std::vector<std::uint8_t> tone_mapped(const Image& image, int channels, double stops) {
+  const float gain = std::exp2(static_cast<float>(stops));
+  const std::size_t pixels = image.rgba.size() / 4;
+  std::vector<std::uint8_t> bytes(pixels * channels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const float* from = &image.rgba[4 * i];
+    std::uint8_t* to = &bytes[i * channels];
+    const float scale = channels < 4 ? gain : from[3] > 0 ? gain / from[3] : 0;
+    for (int c = 0; c < 3; ++c) to[c] = byte(srgb(scale * from[c]));
+    if (channels == 4) to[3] = byte(from[3]);
+  }
+  return bytes;
+}
+
+std::vector<float> without_alpha(const Image& image) {
+  std::vector<float> rgb;
+  rgb.reserve(image.rgba.size() / 4 * 3);
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
+    rgb.insert(rgb.end(), image.rgba.begin() + i, image.rgba.begin() + i + 3);
+  }
+  return rgb;
+}
+
+OIIO::ImageSpec spec_for(const Image& image, int channels, OIIO::TypeDesc type, const PictureNotes& notes) {
+  OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), channels, type);
+  spec.attribute("Software", fmt::format("parian {}", version));
+  spec.attribute("DateTime", date_time());
+  spec.attribute("parian:device", notes.device);
+  spec.attribute("parian:settings", notes.settings);
+  spec.attribute("parian:frames", static_cast<int>(std::min<std::uint32_t>(notes.frames, 0x7fffffff)));
+  if (notes.estimated_relmse >= 0) {
+    spec.attribute("parian:estimated_relmse", static_cast<float>(notes.estimated_relmse));
+  }
+  return spec;
+}
+
+/// Whether a format, by OpenImageIO's name, holds floats.
+bool holds_floats(const OIIO::ImageOutput& output) {
+  for (const char* name : {"openexr", "tiff", "hdr", "fits", "rla"}) {
+    if (std::string_view(output.format_name()) == name) return true;
+  }
+  return false;
+}
+
+/// Reads the last row back, for formats whose writers keep quiet about a full disk.
+void check_written(const std::filesystem::path& file, const std::filesystem::path& path, const Image& image) {
+  const auto input = OIIO::ImageInput::open(file.string());
+  bool whole = input && input->spec().width == static_cast<int>(image.width) &&
+               input->spec().height == static_cast<int>(image.height);
+  if (whole) {
+    const OIIO::ImageSpec& spec = input->spec();
+    std::vector<float> row(static_cast<std::size_t>(spec.width) * spec.nchannels);
+    const int last = spec.y + spec.height - 1;
+    whole = spec.tile_width
+                ? true
+                : input->read_scanlines(0, 0, last, last + 1, 0, 0, spec.nchannels, OIIO::TypeFloat, row.data());
+  }
+  (void)OIIO::geterror();
+  if (!whole) fail(path, "could not be written in full", "free some space or choose another folder");
+}
+
+}  // namespace
+
+std::optional<Exposure> parse_exposure(const OptionValue& value) {
+  const std::string* text = std::get_if<std::string>(&value);
+  const double* number = std::get_if<double>(&value);
+  if (text && *text == "auto") return Exposure{true, 0.0};
+  const auto stops = text ? parse_number(*text) : number ? std::optional(*number) : std::nullopt;
+  if (!stops || std::abs(*stops) > largest_stops) return std::nullopt;
+  return Exposure{false, *stops};
+}
+
+double automatic_stops(const Image& image) {
+  std::vector<float> luminance;
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
+    const float* p = &image.rgba[i];
+    const float y = (0.2126f * p[0] + 0.7152f * p[1] + 0.0722f * p[2]) / p[3];
+    if (p[3] > 0 && std::isfinite(y)) luminance.push_back(y);
+  }
+  if (luminance.empty()) return 0;
+  const auto rank = static_cast<std::ptrdiff_t>(std::ceil(bright_share * static_cast<double>(luminance.size()))) - 1;
+  std::nth_element(luminance.begin(), luminance.begin() + rank, luminance.end());
+  const double percentile = luminance[static_cast<std::size_t>(rank)];
+  if (!(percentile > 0)) return 0;
+  return std::clamp(std::log2(bright / percentile), -largest_stops, largest_stops);
+}
+
+void check_output(const std::filesystem::path& path) {
+  (void)writer_for(path);
+  check_place(path);
+}
+
+void write_image(const std::filesystem::path& path, const Image& image, const PictureNotes& notes,
+                 const Exposure& exposure) {
+  const auto output = writer_for(path);
+  WholeFile file(path);
+  const int channels = output->supports("alpha") ? 4 : 3;
+  const double stops = exposure.automatic ? automatic_stops(image) : exposure.stops;
+  const bool floats = holds_floats(*output);
+  OIIO::ImageSpec spec = spec_for(image, channels, floats ? OIIO::TypeFloat : OIIO::TypeUInt8, notes);
+  if (floats) {
+    spec.attribute("oiio:ColorSpace", "Linear");
+    spec.attribute("compression", "zip");
+  } else {
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    spec.attribute("parian:exposure", static_cast<float>(stops));
+    if (channels == 4) spec.attribute("oiio:UnassociatedAlpha", 1);
+  }
+  if (!output->open(file.temporary().string(), spec)) {
+    fail(path, "could not be opened: " + output->geterror(), "choose another name or format");
+  }
+  bool written = false;
+  if (floats) {
+    const std::vector<float> rgb = channels == 3 ? without_alpha(image) : std::vector<float>();
+    written = output->write_image(OIIO::TypeFloat, channels == 3 ? rgb.data() : image.rgba.data());
+  } else {
+    const std::vector<std::uint8_t> bytes = tone_mapped(image, channels, stops);
+    written = output->write_image(OIIO::TypeUInt8, bytes.data());
+  }
+  const std::string why = written ? std::string() : output->geterror();
+  if (!output->close() || !written) {
+    fail(path, "could not be written: " + (why.empty() ? output->geterror() : why),
+         "free some space or choose another folder");
+  }
+  check_written(file.temporary(), path, image);
+  file.commit();
+}
+
+}  // namespace parian
