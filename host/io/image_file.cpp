@@ -1,12 +1,17 @@
 // Writing pictures with OpenImageIO.
 #include "image_file.hpp"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
 
 #include "embedded.hpp"
@@ -24,6 +29,55 @@ constexpr double bright_share = 0.99;  // which percentile
   std::replace(what.begin(), what.end(), '\n', ' ');
   throw Error(ErrorKind::output, fmt::format("{}: {}; {}", path.string(), what, remedy));
 }
+
+/// Where writers write. It remembers a failure and pretends to go on: told of a full disk, some codecs print, and
+/// libjpeg ends the process.
+class PatientFile : public OIIO::Filesystem::IOProxy {
+ public:
+  explicit PatientFile(const std::filesystem::path& path)
+      : IOProxy(path.string(), IOProxy::Write),
+        handle_(::open(path.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)),
+        error_(handle_ < 0 ? errno : 0) {}
+  ~PatientFile() override {
+    if (handle_ >= 0) ::close(handle_);
+  }
+  PatientFile(const PatientFile&) = delete;
+  PatientFile& operator=(const PatientFile&) = delete;
+
+  const char* proxytype() const override { return "patient"; }
+  size_t write(const void* bytes, size_t count) override {
+    pwrite(bytes, count, m_pos);
+    m_pos += static_cast<std::int64_t>(count);
+    return count;
+  }
+  size_t pwrite(const void* bytes, size_t count, std::int64_t offset) override {
+    size_ = std::max(size_, static_cast<size_t>(offset) + count);
+    for (size_t done = 0; done < count && error_ == 0;) {
+      const ssize_t part =
+          ::pwrite(handle_, static_cast<const char*>(bytes) + done, count - done, offset + static_cast<off_t>(done));
+      if (part > 0) done += static_cast<size_t>(part);
+      if (part < 0 && errno != EINTR) error_ = errno;
+    }
+    return count;
+  }
+  size_t read(void* bytes, size_t count) override {
+    const size_t got = pread(bytes, count, m_pos);
+    m_pos += static_cast<std::int64_t>(got);
+    return got;
+  }
+  size_t pread(void* bytes, size_t count, std::int64_t offset) override {
+    const ssize_t got = error_ ? 0 : ::pread(handle_, bytes, count, offset);
+    return got > 0 ? static_cast<size_t>(got) : 0;
+  }
+  size_t size() const override { return size_; }
+  /// errno of the first failure, or 0.
+  [[nodiscard]] int failure() const { return error_; }
+
+ private:
+  int handle_;
+  int error_;
+  size_t size_ = 0;
+};
 
 std::unique_ptr<OIIO::ImageOutput> writer_for(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
@@ -88,15 +142,26 @@ std::vector<float> without_alpha(const Image& image) {
   return rgb;
 }
 
-OIIO::ImageSpec spec_for(const Image& image, int channels, OIIO::TypeDesc type, const PictureNotes& notes) {
+OIIO::ImageSpec spec_for(const Image& image, int channels, OIIO::TypeDesc type, const PictureNotes& notes,
+                         double stops) {
   OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), channels, type);
   spec.attribute("Software", fmt::format("parian {}", version));
   spec.attribute("DateTime", date_time());
   spec.attribute("parian:device", notes.device);
   spec.attribute("parian:settings", notes.settings);
-  spec.attribute("parian:frames", static_cast<int>(std::min<std::uint32_t>(notes.frames, 0x7fffffff)));
-  if (notes.estimated_relmse >= 0) {
-    spec.attribute("parian:estimated_relmse", static_cast<float>(notes.estimated_relmse));
+  const bool floats = type == OIIO::TypeFloat;
+  const auto number = [&](const char* name, double value) {  // PNG keeps text only
+    floats ? spec.attribute(name, static_cast<float>(value)) : spec.attribute(name, fmt::format("{:.7g}", value));
+  };
+  spec.attribute("parian:frames", fmt::format("{}", notes.frames));
+  if (notes.estimated_relmse >= 0) number("parian:estimated_relmse", notes.estimated_relmse);
+  if (floats) {
+    spec.attribute("oiio:ColorSpace", "Linear");
+    spec.attribute("compression", "zip");
+  } else {
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    number("parian:exposure", stops);
+    if (channels == 4) spec.attribute("oiio:UnassociatedAlpha", 1);
   }
   return spec;
 }
@@ -164,14 +229,11 @@ void write_image(const std::filesystem::path& path, const Image& image, const Pi
   const int channels = output->supports("alpha") ? 4 : 3;
   const double stops = exposure.automatic ? automatic_stops(image) : exposure.stops;
   const bool floats = holds_floats(*output);
-  OIIO::ImageSpec spec = spec_for(image, channels, floats ? OIIO::TypeFloat : OIIO::TypeUInt8, notes);
-  if (floats) {
-    spec.attribute("oiio:ColorSpace", "Linear");
-    spec.attribute("compression", "zip");
-  } else {
-    spec.attribute("oiio:ColorSpace", "sRGB");
-    spec.attribute("parian:exposure", static_cast<float>(stops));
-    if (channels == 4) spec.attribute("oiio:UnassociatedAlpha", 1);
+  const OIIO::ImageSpec spec = spec_for(image, channels, floats ? OIIO::TypeFloat : OIIO::TypeUInt8, notes, stops);
+  std::unique_ptr<PatientFile> patient;
+  if (output->supports("ioproxy")) {
+    patient = std::make_unique<PatientFile>(file.temporary());
+    output->set_ioproxy(patient.get());
   }
   if (!output->open(file.temporary().string(), spec)) {
     fail(path, "could not be opened: " + output->geterror(), "choose another name or format");
@@ -189,7 +251,11 @@ void write_image(const std::filesystem::path& path, const Image& image, const Pi
     fail(path, "could not be written: " + (why.empty() ? output->geterror() : why),
          "free some space or choose another folder");
   }
-  check_written(file.temporary(), path, image);
+  if (patient && patient->failure()) {
+    fail(path, fmt::format("could not be written: {}", std::strerror(patient->failure())),
+         "free some space or choose another folder");
+  }
+  if (!patient) check_written(file.temporary(), path, image);
   file.commit();
 }
 

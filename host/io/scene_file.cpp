@@ -153,6 +153,7 @@ void read_render(const toml::table& node, const std::string& file, SceneFile& sc
     if (!where.empty()) table.fail(key.str(), fmt::format("'{}' isn't read in [render]; {}", key.str(), where));
   }
   table.finish();
+  if (const std::string problem = conflict(scene.settings); !problem.empty()) table.fail("disc_radius", problem);
 }
 
 void read_size(TomlTable& top, SceneFile& scene) {

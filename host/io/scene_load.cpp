@@ -199,10 +199,7 @@ Input load_input(const std::filesystem::path& path, const Overrides& overrides) 
     const std::string problem = option->set(input.settings, value);
     if (!problem.empty()) throw Error(ErrorKind::usage, fmt::format("--{}: {}", option->name, problem));
   }
-  if (const std::string problem = conflict(input.settings); !problem.empty()) {
-    throw overrides.settings.empty() ? Error(ErrorKind::input, fmt::format("{}: [render]: {}", path.string(), problem))
-                                     : Error(ErrorKind::usage, problem);
-  }
+  if (const std::string problem = conflict(input.settings); !problem.empty()) throw Error(ErrorKind::usage, problem);
   if (file.exposure) input.exposure = *file.exposure;
   input.device = file.device;
   input.mesh_file = file.object.mesh.string();
