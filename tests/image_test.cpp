@@ -189,7 +189,7 @@ class SmallDisk {
 
 TEST(ImageTest, FullDiskKeepsTheOldFile) {
   const Image image = large_image();
-  for (const char* name : {"a.exr", "a.png", "a.tif", "a.hdr", "a.jpg", "a.bmp", "a.tga"}) {
+  for (const char* name : {"a.exr", "a.png", "a.tif", "a.hdr", "a.jpg", "a.bmp", "a.tga", "a.sgi"}) {
     const Scratch scratch;
     scratch.write(name, "old");
     for (const rlim_t bytes : {0, 1000, 16384}) {

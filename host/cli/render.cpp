@@ -39,17 +39,25 @@ class Clock {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Prints warnings, each once, and remembers them for the statistics.
+/// Prints warnings, each once, and remembers them for the statistics. Those of the mesh get its file's name, whoever
+/// passes them on.
 class Warnings {
  public:
-  void say(const std::string& warning) {
-    if (std::find(said_.begin(), said_.end(), warning) != said_.end()) return;
-    fmt::print(stderr, "parian: warning: {}\n", warning);
-    said_.push_back(warning);
+  explicit Warnings(const Input& input) : input_(input) {}
+  void say(const std::vector<std::string>& warnings) {
+    const auto& of_mesh = input_.scene.mesh.warnings;
+    for (const std::string& warning : warnings) {
+      const bool mesh = std::find(of_mesh.begin(), of_mesh.end(), warning) != of_mesh.end();
+      const std::string line = mesh ? input_.mesh_file + ": " + warning : warning;
+      if (std::find(said_.begin(), said_.end(), line) != said_.end()) continue;
+      fmt::print(stderr, "parian: warning: {}\n", line);
+      said_.push_back(line);
+    }
   }
   [[nodiscard]] const std::vector<std::string>& said() const { return said_; }
 
  private:
+  const Input& input_;
   std::vector<std::string> said_;
 };
 
@@ -195,9 +203,9 @@ int run_render(const RenderOptions& options) {
   check_names(options, input.scene.cameras.size());
   const double loaded = clock.seconds();
   Renderer renderer(input.scene, input.settings, options.input.device_selector(input.device));
-  Warnings warnings;
-  for (const std::string& warning : input.scene.mesh.warnings) warnings.say(input.mesh_file + ": " + warning);
-  for (const std::string& warning : renderer.statistics().warnings) warnings.say(warning);
+  Warnings warnings(input);
+  warnings.say(input.scene.mesh.warnings);
+  warnings.say(renderer.statistics().warnings);
   if (options.verbose) print_input(input, renderer);
   if (options.explain || options.dry_run) {
     for (const std::string& line : renderer.explanation()) fmt::print("{}\n", line);
@@ -206,7 +214,7 @@ int run_render(const RenderOptions& options) {
   Statistics done;
   const auto written =
       render_scene(renderer, input, options, options.exposure.empty() ? input.exposure : *exposure, done);
-  for (const std::string& warning : done.warnings) warnings.say(warning);
+  warnings.say(done.warnings);
   done.warnings = warnings.said();
   done.seconds.load = loaded;
   done.seconds.total = clock.seconds();

@@ -224,13 +224,14 @@ void check_output(const std::filesystem::path& path) {
 
 void write_image(const std::filesystem::path& path, const Image& image, const PictureNotes& notes,
                  const Exposure& exposure) {
-  const auto output = writer_for(path);
+  check_output(path);
   WholeFile file(path);
+  std::unique_ptr<PatientFile> patient;  // outlives the writer, which closes itself when something throws
+  const auto output = writer_for(path);
   const int channels = output->supports("alpha") ? 4 : 3;
   const double stops = exposure.automatic ? automatic_stops(image) : exposure.stops;
   const bool floats = holds_floats(*output);
   const OIIO::ImageSpec spec = spec_for(image, channels, floats ? OIIO::TypeFloat : OIIO::TypeUInt8, notes, stops);
-  std::unique_ptr<PatientFile> patient;
   if (output->supports("ioproxy")) {
     patient = std::make_unique<PatientFile>(file.temporary());
     output->set_ioproxy(patient.get());

@@ -148,14 +148,11 @@ void choose_cameras(Scene& scene, const SceneFile& file, const Overrides& overri
 std::string problem_with(const DirectionalLight& light) {
   const double length = glm::length(light.towards);
   if (!(length > 0) || !std::isfinite(length)) return "the light's direction has no length; give another";
-  double brightest = 0;
   for (int i = 0; i < 3; ++i) {
     if (!(light.irradiance[i] >= 0 && light.irradiance[i] <= largest_irradiance)) {
       return fmt::format("the irradiance holds {}; give numbers from 0 to {}", light.irradiance[i], largest_irradiance);
     }
-    brightest = std::max(brightest, light.irradiance[i]);
   }
-  if (brightest == 0) return "the light's irradiance is 0; give at least one channel some";
   return {};
 }
 
