@@ -1,0 +1,49 @@
+// The subcommands: each adds itself to the command line and says what to run when it's chosen.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <glm/glm.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scene_file.hpp"
+
+namespace parian {
+
+/// What the chosen subcommand does; returns the exit code.
+using Run = std::function<int()>;
+
+void add_render(CLI::App& app, Run& run);
+void add_devices(CLI::App& app, Run& run);
+void add_materials(CLI::App& app, Run& run);
+
+/// The options that name the input and say how to render it, as the user wrote them; several subcommands have them.
+struct InputOptions {
+  std::string input, material, size_mm, camera, fov, size, cameras, device;
+  std::vector<std::string> lights;
+  std::vector<std::vector<std::string>> settings;  ///< by the order of render_options()
+  std::vector<char> flags;                         ///< likewise
+
+  /// Parsed and checked. Throws Error(usage).
+  [[nodiscard]] Overrides overrides() const;
+  /// --device, else PARIAN_DEVICE, else `scene`'s.
+  [[nodiscard]] std::string device_selector(const std::string& scene) const;
+};
+
+/// Adds INPUT and the options of InputOptions; `options` must outlive `app`.
+void add_input_options(CLI::App& app, InputOptions& options);
+
+/// Adds an option that takes one text; the last one counts when it's repeated.
+CLI::Option* add_text(CLI::App& app, const std::string& name, std::string& value, const std::string& values,
+                      const std::string& help);
+
+/// Adds an option that takes one text and may be repeated.
+CLI::Option* add_texts(CLI::App& app, const std::string& name, std::vector<std::string>& values,
+                       const std::string& type, const std::string& help);
+
+/// Numbers separated by commas, exactly `count` of them; empty when `text` isn't that.
+[[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text, std::size_t count);
+
+}  // namespace parian

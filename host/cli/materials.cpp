@@ -1,0 +1,102 @@
+// `parian materials`: the measured materials, and how well a diffusion model suits them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "medium.hpp"
+
+namespace parian {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double least_albedo = 0.5;  // below, light is absorbed before it's scattered enough to diffuse
+
+struct Row {
+  const MeasuredMaterial* measured;
+  std::array<double, 3> free_path;  ///< 1/sigma_t', mm
+  std::array<double, 3> albedo;     ///< reduced
+  bool diffusive;
+};
+
+std::vector<Row> make_rows() {
+  std::vector<Row> rows;
+  for (const MeasuredMaterial& measured : measured_materials()) {
+    const Material& material = measured.material;
+    Row row{&measured, {}, {}, true};
+    for (int c = 0; c < 3; ++c) {
+      const ChannelConstants channel =
+          channel_constants(material.sigma_s[c], material.sigma_a[c], material.g[c], material.ior);
+      row.free_path[c] = 1 / channel.sigma_t_prime;
+      row.albedo[c] = channel.alpha_prime;
+      row.diffusive = row.diffusive && row.albedo[c] >= least_albedo;
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+Json list(const glm::dvec3& v) { return Json::array({v.x, v.y, v.z}); }
+
+void print_json(const std::vector<Row>& rows) {
+  Json all = Json::array();
+  for (const Row& row : rows) {
+    const Material& material = row.measured->material;
+    all.push_back({{"name", material.name},
+                   {"dataset", row.measured->dataset},
+                   {"sigma_s", list(material.sigma_s)},
+                   {"sigma_a", list(material.sigma_a)},
+                   {"g", list(material.g)},
+                   {"ior", material.ior},
+                   {"mean_free_path_mm", row.free_path},
+                   {"reduced_albedo", row.albedo},
+                   {"diffusive", row.diffusive}});
+  }
+  fmt::print("{}\n", all.dump(2));
+}
+
+void print_table(const std::vector<Row>& rows) {
+  std::size_t name = 8, dataset = 7;
+  for (const Row& row : rows) {
+    name = std::max(name, row.measured->material.name.size());
+    dataset = std::max(dataset, row.measured->dataset.size());
+  }
+  fmt::print("{:<{}}    {:^29}   {:^20}   {:>5}  {}\n", "", name, "mean free path, mm", "reduced albedo", "", "");
+  fmt::print("{:<{}}    {:>9} {:>9} {:>9}   {:>6} {:>6} {:>6}   {:>5}  {}\n", "material", name, "R", "G", "B", "R", "G",
+             "B", "ior", "dataset");
+  for (const Row& row : rows) {
+    const auto& [x, y, z] = row.free_path;
+    const auto& [r, g, b] = row.albedo;
+    fmt::print("{:<{}}  {} {:>9.4g} {:>9.4g} {:>9.4g}   {:>6.4f} {:>6.4f} {:>6.4f}   {:>5.3g}  {}\n",
+               row.measured->material.name, name, row.diffusive ? ' ' : '*', x, y, z, r, g, b,
+               row.measured->material.ior, row.measured->dataset);
+  }
+  fmt::print(
+      "\nThe mean free path is 1/sigma_t', sigma_t' = sigma_s (1 - g) + sigma_a; the albedo sigma_s (1 - g) / "
+      "sigma_t'.\n");
+  fmt::print(
+      "* The reduced albedo of a channel is below {}: light is absorbed before it diffuses, and every dipole is "
+      "a poor model.\n",
+      least_albedo);
+}
+
+}  // namespace
+
+void add_materials(CLI::App& app, Run& run) {
+  CLI::App* command = app.add_subcommand("materials", "list measured materials");
+  const auto json = std::make_shared<bool>(false);
+  command->add_flag("--json", *json, "as JSON");
+  command->callback([&run, json] {
+    run = [json] {
+      const std::vector<Row> rows = make_rows();
+      *json ? print_json(rows) : print_table(rows);
+      return 0;
+    };
+  });
+}
+
+}  // namespace parian

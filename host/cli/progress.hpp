@@ -1,0 +1,32 @@
+// Progress on standard error: a bar on a terminal, else a line every few seconds.
+#pragma once
+#include <string>
+
+#include "scene.hpp"
+
+namespace parian {
+
+class Progress {
+ public:
+  /// `shown` is false for --quiet: then nothing is printed.
+  Progress(const Settings& settings, bool shown);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// Tells how far it is: frames done, the estimated relMSE (negative: not known) and seconds since the first frame.
+  void update(std::uint32_t frames, double error, double seconds);
+  /// Removes the bar, so that other lines can follow.
+  void clear();
+
+ private:
+  Settings settings_;
+  bool shown_, terminal_;
+  bool drawn_ = false;
+  double last_ = 0.0;  ///< when something was printed, in seconds since the first frame
+};
+
+/// A duration for people, such as "3.2 s" or "2 min 5 s".
+[[nodiscard]] std::string duration(double seconds);
+
+}  // namespace parian

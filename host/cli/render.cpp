@@ -1,0 +1,258 @@
+// `parian render`: loads, renders until something says stop, writes pictures and statistics.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+
+#include "commands.hpp"
+#include "progress.hpp"
+#include "renderer.hpp"
+#include "statistics.hpp"
+#include "whole_file.hpp"
+
+namespace parian {
+namespace {
+
+constexpr int exit_interrupted = 130;
+constexpr int checkpoints_below = 2;  // successive estimates below the target, before the renderer stops
+
+volatile std::sig_atomic_t interrupted = 0;
+
+struct RenderOptions {
+  InputOptions input;
+  std::vector<std::string> outputs;
+  std::string exposure, stats;
+  bool explain = false, dry_run = false, quiet = false, verbose = false;
+};
+
+class Clock {
+ public:
+  [[nodiscard]] double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Prints warnings, each once, and remembers them for the statistics. Those of the mesh get its file's name, whoever
+/// passes them on.
+class Warnings {
+ public:
+  explicit Warnings(const Input& input) : input_(input) {}
+  void say(const std::vector<std::string>& warnings) {
+    const auto& of_mesh = input_.scene.mesh.warnings;
+    for (const std::string& warning : warnings) {
+      const bool mesh = std::find(of_mesh.begin(), of_mesh.end(), warning) != of_mesh.end();
+      const std::string line = mesh ? input_.mesh_file + ": " + warning : warning;
+      if (std::find(said_.begin(), said_.end(), line) != said_.end()) continue;
+      fmt::print(stderr, "parian: warning: {}\n", line);
+      said_.push_back(line);
+    }
+  }
+  [[nodiscard]] const std::vector<std::string>& said() const { return said_; }
+
+ private:
+  const Input& input_;
+  std::vector<std::string> said_;
+};
+
+/// Where a name has "%d" or "%03d": begin, end and the digits asked for; begin == end when it has none.
+struct Pattern {
+  std::size_t begin = 0, end = 0;
+  int digits = 0;
+};
+
+Pattern find_pattern(const std::string& name) {
+  for (std::size_t i = name.find('%'); i != std::string::npos; i = name.find('%', i + 1)) {
+    std::size_t end = i + 1;
+    while (end < name.size() && name[end] >= '0' && name[end] <= '9') ++end;
+    const std::string digits = name.substr(i + 1, end - i - 1);
+    if (end < name.size() && name[end] == 'd' && (digits.empty() || (digits[0] == '0' && digits.size() <= 2))) {
+      return {i, end + 1, digits.empty() ? 0 : digits.back() - '0'};
+    }
+  }
+  return {};
+}
+
+/// The file of one camera.
+std::string numbered(const std::string& name, std::size_t camera) {
+  const Pattern pattern = find_pattern(name);
+  if (pattern.begin == pattern.end) return name;
+  return name.substr(0, pattern.begin) + fmt::format("{:0{}}", camera, pattern.digits) + name.substr(pattern.end);
+}
+
+/// Finds what would go wrong after rendering before it.
+void check_outputs(const RenderOptions& options) {
+  if (options.outputs.empty() && !options.dry_run) {
+    throw Error(ErrorKind::usage, "no output is given; add -o FILE, such as -o picture.exr");
+  }
+  const bool many = !options.input.cameras.empty();
+  for (const std::string& output : options.outputs) check_output(many ? numbered(output, 0) : output);
+  if (!options.stats.empty()) check_place(options.stats);
+}
+
+void check_names(const RenderOptions& options, std::size_t cameras) {
+  for (const std::string& output : options.outputs) {
+    const Pattern pattern = find_pattern(output);
+    if (cameras > 1 && pattern.begin == pattern.end) {
+      throw Error(ErrorKind::usage, fmt::format("-o {}: {} cameras would write the same file; give a number in the "
+                                                "name, such as picture_%03d.exr",
+                                                output, cameras));
+    }
+  }
+}
+
+/// From now on, Ctrl-C ends after the frame; a second one ends at once.
+void listen_for_interrupt() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { interrupted = 1; };
+  action.sa_flags = SA_RESETHAND | SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  sigaction(SIGINT, &action, nullptr);
+}
+
+/// The stopping loop; returns what stopped it.
+std::string render_frames(Renderer& renderer, const Settings& settings, Progress& progress) {
+  listen_for_interrupt();
+  const Clock clock;
+  double error = -1;
+  int below = 0;
+  for (;;) {
+    renderer.frame();
+    if (renderer.checkpoint()) {
+      error = renderer.estimate();
+      below = error >= 0 && error < settings.error ? below + 1 : 0;
+    }
+    const double seconds = clock.seconds();
+    progress.update(renderer.frames(), error, seconds);
+    if (below >= checkpoints_below) return "error";
+    if (interrupted) return "interrupt";
+    if (renderer.frames() >= settings.frames) return "frames";
+    if (settings.time > 0 && seconds >= settings.time) return "time";
+  }
+}
+
+std::vector<std::string> write_images(Renderer& renderer, const Input& input, const RenderOptions& options,
+                                      const Exposure& exposure) {
+  PictureNotes notes;
+  notes.device = renderer.device().name;
+  notes.settings = fmt::format("material={} {}", input.scene.material.name, describe(input.settings));
+  notes.frames = renderer.frames();
+  notes.estimated_relmse = renderer.statistics().estimated_relmse;
+  std::vector<std::string> written;
+  const bool many = !options.input.cameras.empty();
+  for (std::size_t camera = 0; camera < input.scene.cameras.size(); ++camera) {
+    const Image image = renderer.image(camera);
+    for (const std::string& output : options.outputs) {
+      written.push_back(many ? numbered(output, camera) : output);
+      write_image(written.back(), image, notes, exposure);
+    }
+  }
+  return written;
+}
+
+void print_input(const Input& input, const Renderer& renderer) {
+  const MeshCounts& counts = input.scene.mesh.counts;
+  const DeviceInfo& device = renderer.device();
+  fmt::print(stderr, "parian: {} triangles in {} parts, from {} faces; material {}; {} lights; {} cameras\n",
+             input.scene.mesh.triangles.size(), counts.parts, counts.faces_read, input.scene.material.name,
+             input.scene.lights.size(), input.scene.cameras.size());
+  fmt::print(stderr, "parian: device {}: {} ({}), {} lanes\n", device.index, device.name, device.platform,
+             device.vector_width);
+  fmt::print(stderr, "parian: {}\n", describe(input.settings));
+}
+
+void print_seconds(const Seconds& s) {
+  fmt::print(stderr,
+             "parian: seconds: load {:.3f}, plan {:.3f}, compile {:.3f}, light map {:.3f}, layers {:.3f}, pyramids "
+             "{:.3f}, gather {:.3f}, read {:.3f}, total {:.3f}\n",
+             s.load, s.plan, s.compile, s.light_map, s.layers, s.pyramids, s.gather, s.read, s.total);
+}
+
+/// Everything after the input is loaded; fills `done` with what the renderer says and returns the pictures' names.
+std::vector<std::string> render_scene(Renderer& renderer, const Input& input, const RenderOptions& options,
+                                      const Exposure& exposure, Statistics& done) {
+  std::string stopped_by;
+  std::vector<std::string> written;
+  if (!options.dry_run) {
+    Progress progress(input.settings, !options.quiet);
+    stopped_by = render_frames(renderer, input.settings, progress);
+    if (!renderer.checkpoint()) renderer.estimate();  // so that the estimate is of the pictures written
+    written = write_images(renderer, input, options, exposure);
+  }
+  done = renderer.statistics();
+  done.stopped_by = stopped_by;
+  return written;
+}
+
+int run_render(const RenderOptions& options) {
+  const Clock clock;
+  const Overrides overrides = options.input.overrides();
+  const auto exposure = options.exposure.empty() ? Exposure() : parse_exposure(options.exposure);
+  if (!exposure) {
+    throw Error(ErrorKind::usage, fmt::format("--exposure: '{}' isn't understood; give stops from {} to {}, or auto",
+                                              options.exposure, -largest_stops, largest_stops));
+  }
+  check_outputs(options);
+  const Input input = load_input(options.input.input, overrides);
+  check_names(options, input.scene.cameras.size());
+  const double loaded = clock.seconds();
+  Renderer renderer(input.scene, input.settings, options.input.device_selector(input.device));
+  Warnings warnings(input);
+  warnings.say(input.scene.mesh.warnings);
+  warnings.say(renderer.statistics().warnings);
+  if (options.verbose) print_input(input, renderer);
+  if (options.explain || options.dry_run) {
+    for (const std::string& line : renderer.explanation()) fmt::print("{}\n", line);
+    std::fflush(stdout);
+  }
+  Statistics done;
+  const auto written =
+      render_scene(renderer, input, options, options.exposure.empty() ? input.exposure : *exposure, done);
+  warnings.say(done.warnings);
+  done.warnings = warnings.said();
+  done.seconds.load = loaded;
+  done.seconds.total = clock.seconds();
+  if (!options.stats.empty()) write_text(options.stats, statistics_json(done, renderer.device(), input.scene.film));
+  if (options.verbose) print_seconds(done.seconds);
+  if (!options.quiet && !options.dry_run) {
+    fmt::print("{}: {} frames in {}, estimated relMSE {}, stopped by {}\n", fmt::join(written, ", "), done.frames,
+               duration(done.seconds.total),
+               done.estimated_relmse >= 0 ? fmt::format("{:.2g}", done.estimated_relmse) : "unknown", done.stopped_by);
+  }
+  return done.stopped_by == "interrupt" ? exit_interrupted : 0;
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, Run& run) {
+  CLI::App* command = app.add_subcommand("render", "render a scene or a mesh");
+  const auto options = std::make_shared<RenderOptions>();
+  add_input_options(*command, options->input);
+  add_texts(*command, "-o,--output", options->outputs, "FILE",
+            "picture to write: .exr is linear, .png tone mapped; repeatable, needed");
+  const char* see = "Where and what to see";
+  add_text(*command, "--exposure", options->exposure, "STOPS|auto", "brightness of .png and the like (0)")->group(see);
+  add_text(*command, "--stats", options->stats, "FILE", "write statistics as JSON")->group(see);
+  command->add_flag("--explain", options->explain, "print what the scene needs, what was left out and why")->group(see);
+  command->add_flag("--dry-run", options->dry_run, "stop after the plan, and print it; needs no -o")->group(see);
+  command->add_flag("--quiet", options->quiet, "no progress and no summary")->group(see);
+  command->add_flag("--verbose", options->verbose, "more about the input, the device and where the time went")
+      ->group(see);
+  command->footer(
+      "Defaults are in parentheses. In a scene, [render] takes these names with '_' for '-'.\n"
+      "A bare mesh is centred; the default light shines from behind, where translucency shows.\n"
+      "Ctrl-C finishes the frame, writes the pictures and exits with 130; a second one ends at once.\n"
+      "Examples:\n"
+      "  parian render dragon.ply -o dragon.png --exposure auto\n"
+      "  parian render bust.toml -o bust.exr -o bust.png --material skimmilk --error 1e-4\n"
+      "  parian render bust.toml -o view_%03d.exr --cameras turntable.toml --stats stats.json");
+  command->callback([&run, options] { run = [options] { return run_render(*options); }; });
+}
+
+}  // namespace parian

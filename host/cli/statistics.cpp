@@ -1,0 +1,64 @@
+// Statistics as JSON: the keys that others rely on, in one order.
+#include "statistics.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "embedded.hpp"
+
+namespace parian {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json known(double value) { return value >= 0 ? Json(value) : Json(nullptr); }
+
+Json stages(const Seconds& seconds) {
+  return {{"load", seconds.load},           {"plan", seconds.plan},     {"compile", seconds.compile},
+          {"light_map", seconds.light_map}, {"layers", seconds.layers}, {"pyramids", seconds.pyramids},
+          {"gather", seconds.gather},       {"read", seconds.read},     {"total", seconds.total}};
+}
+
+Json omissions(const std::vector<Omission>& left_out) {
+  Json list = Json::array();
+  for (const Omission& omission : left_out) {
+    list.push_back(
+        {{"what", omission.what},
+         {"why", omission.why},
+         {"saves", {{"unit", omission.unit}, {"count", omission.count}, {"estimated", omission.estimated}}}});
+  }
+  return list;
+}
+
+}  // namespace
+
+std::string statistics_json(const Statistics& statistics, const DeviceInfo& device, const glm::uvec2& film) {
+  Json json;
+  json["schema"] = "parian-stats-1";
+  json["version"] = version;
+  json["device"] = {{"name", device.name},
+                    {"platform", device.platform},
+                    {"driver", device.driver},
+                    {"compute_units", device.compute_units},
+                    {"vector_width", device.vector_width}};
+  json["film"] = {film.x, film.y};
+  json["frames"] = statistics.frames;
+  json["stopped_by"] = statistics.stopped_by.empty() ? Json(nullptr) : Json(statistics.stopped_by);
+  json["estimated_relmse"] = known(statistics.estimated_relmse);
+  json["estimated_bias_relmse"] = known(statistics.estimated_bias_relmse);
+  json["evaluations"] = statistics.evaluations;
+  json["seconds"] = stages(statistics.seconds);
+  json["kernel_seconds"] = statistics.kernel_seconds_known ? stages(statistics.kernel_seconds) : Json(nullptr);
+  json["layers"] = {{"count", statistics.layers_count},
+                    {"size", statistics.layers_size},
+                    {"covered", statistics.layers_covered},
+                    {"texels", statistics.layers_texels},
+                    {"texels_evaluated", statistics.layers_texels_evaluated}};
+  json["fallback_pixels"] = statistics.fallback_pixels;
+  json["bytes"] = {{"peak", statistics.bytes_peak}};
+  json["left_out"] = omissions(statistics.left_out);
+  json["nonfinite"] = statistics.nonfinite;
+  json["warnings"] = statistics.warnings;
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace parian

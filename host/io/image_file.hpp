@@ -1,0 +1,46 @@
+// Pictures in files, through OpenImageIO: linear floats where a format holds them, sRGB bytes elsewhere.
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "render_options.hpp"
+#include "scene.hpp"
+
+namespace parian {
+
+/// How bright formats of bytes come out: 2^stops times the radiance. Formats of floats hold the radiance itself.
+struct Exposure {
+  bool automatic = false;  ///< stops from the picture: the 99th percentile of luminance at 0.8
+  double stops = 0.0;
+};
+
+/// Most stops up or down.
+inline constexpr double largest_stops = 64.0;
+
+/// "auto" or a number of stops; empty when it's neither.
+[[nodiscard]] std::optional<Exposure> parse_exposure(const OptionValue& value);
+
+/// The stops that put the 99th percentile of luminance, over pixels with alpha > 0 and with alpha divided out, at 0.8;
+/// 0 when nothing is bright.
+[[nodiscard]] double automatic_stops(const Image& image);
+
+/// What a picture's metadata says; nothing of when and where it was made, so that equal runs give equal files.
+struct PictureNotes {
+  std::string device;
+  std::string settings;
+  std::uint32_t frames = 0;
+  double estimated_relmse = -1.0;  ///< negative: not known
+};
+
+/// Throws Error(output) when write_image would fail for sure: unknown extension, no such folder.
+void check_output(const std::filesystem::path& path);
+
+/// Writes a linear premultiplied image as the extension says, whole or not at all. Throws Error(output).
+/// `.exr` and other formats of floats: linear, premultiplied. Formats of bytes: sRGB curve of 2^stops times the
+/// radiance, clipped, alpha unassociated. Formats without alpha: RGB over black.
+void write_image(const std::filesystem::path& path, const Image& image, const PictureNotes& notes,
+                 const Exposure& exposure);
+
+}  // namespace parian

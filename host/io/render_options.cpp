@@ -1,0 +1,178 @@
+// The table of render options: names, ranges and what they set.
+#include "render_options.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace parian {
+namespace {
+
+/// The value as a number, or what is wrong with it in `problem`.
+double number_of(const OptionValue& value, std::string& problem) {
+  if (const double* number = std::get_if<double>(&value)) return *number;
+  const std::string* text = std::get_if<std::string>(&value);
+  problem = text ? fmt::format("'{}' is not a number; give a number", *text)
+                 : std::string("a truth value is not a number; give a number");
+  return 0;
+}
+
+RenderOption number(std::string name, std::string values, std::string help, double Settings::*member, double least,
+                    double most) {
+  RenderOption option{std::move(name), std::move(values), std::move(help), false, {}, {}};
+  option.set = [=](Settings& settings, const OptionValue& value) {
+    std::string problem;
+    const double x = number_of(value, problem);
+    if (!problem.empty()) return problem;
+    if (!(x >= least && x <= most)) {
+      return fmt::format("{} is out of range; give a number from {} to {}", x, least, most);
+    }
+    settings.*member = x;
+    return std::string();
+  };
+  option.text = [=](const Settings& settings) { return fmt::format("{}", settings.*member); };
+  return option;
+}
+
+/// A whole number from `least` to `most` that `step` divides.
+RenderOption whole(std::string name, std::string help, std::uint32_t Settings::*member, std::uint32_t least,
+                   std::uint32_t most, std::uint32_t step = 1) {
+  RenderOption option{std::move(name), "N", std::move(help), false, {}, {}};
+  option.set = [=](Settings& settings, const OptionValue& value) {
+    std::string problem;
+    const double x = number_of(value, problem);
+    if (!problem.empty()) return problem;
+    if (!(x >= least && x <= most && std::floor(x / step) * step == x)) {
+      return fmt::format("{} is not {} number from {} to {}; give one", x, step == 2 ? "an even" : "a whole", least,
+                         most);
+    }
+    settings.*member = static_cast<std::uint32_t>(x);
+    return std::string();
+  };
+  option.text = [=](const Settings& settings) { return fmt::format("{}", settings.*member); };
+  return option;
+}
+
+/// One of `names`, which are the enumerators in order.
+template <typename Enum>
+RenderOption choice(std::string name, std::string help, Enum Settings::*member, std::vector<std::string> names) {
+  RenderOption option{std::move(name), fmt::format("{}", fmt::join(names, "|")), std::move(help), false, {}, {}};
+  option.set = [=](Settings& settings, const OptionValue& value) {
+    const std::string* text = std::get_if<std::string>(&value);
+    for (std::size_t i = 0; text && i < names.size(); ++i) {
+      if (*text == names[i]) {
+        settings.*member = static_cast<Enum>(i);
+        return std::string();
+      }
+    }
+    const std::string given = text ? fmt::format("'{}'", *text) : std::string("the value");
+    return fmt::format("{} is none of the choices; give one of: {}", given, fmt::join(names, ", "));
+  };
+  option.text = [=](const Settings& settings) { return names[static_cast<std::size_t>(settings.*member)]; };
+  return option;
+}
+
+/// on|off, true|false in a scene.
+RenderOption on_off(std::string name, std::string help, bool Settings::*member) {
+  RenderOption option{std::move(name), "on|off", std::move(help), false, {}, {}};
+  option.set = [=](Settings& settings, const OptionValue& value) {
+    const bool* truth = std::get_if<bool>(&value);
+    const std::string* text = std::get_if<std::string>(&value);
+    if (!truth && !(text && (*text == "on" || *text == "off"))) {
+      return std::string("the value is neither on nor off; give on or off");
+    }
+    settings.*member = truth ? *truth : *text == "on";
+    return std::string();
+  };
+  option.text = [=](const Settings& settings) { return std::string(settings.*member ? "on" : "off"); };
+  return option;
+}
+
+/// A flag that sets `member` to `meaning`.
+RenderOption flag(std::string name, std::string help, bool Settings::*member, bool meaning) {
+  RenderOption option{std::move(name), "", std::move(help), false, {}, {}};
+  option.set = [=](Settings& settings, const OptionValue& value) {
+    const bool* truth = std::get_if<bool>(&value);
+    if (!truth) return std::string("the value is neither true nor false; give true or false");
+    settings.*member = *truth ? meaning : !meaning;
+    return std::string();
+  };
+  option.text = [=](const Settings& settings) { return std::string(settings.*member == meaning ? "on" : "off"); };
+  return option;
+}
+
+RenderOption keep() {
+  RenderOption option{"keep", "NAME|all", "do this although the scene doesn't need it (names: --explain)",
+                      true,   {},         {}};
+  option.set = [](Settings& settings, const OptionValue& value) {
+    const std::string* text = std::get_if<std::string>(&value);
+    if (!text || text->empty())
+      return std::string("the value is not a name; give a name that --explain prints, or all");
+    settings.keep.insert(*text);
+    return std::string();
+  };
+  option.text = [](const Settings& settings) {
+    return settings.keep.empty() ? std::string("none") : fmt::format("{}", fmt::join(settings.keep, ","));
+  };
+  return option;
+}
+
+std::vector<RenderOption> make_options() {
+  constexpr std::uint32_t any = std::numeric_limits<std::uint32_t>::max();
+  constexpr double year = 365.0 * 86400.0;
+  return {
+      number("error", "E", "stop when the estimated relMSE is below E twice; 0: never", &Settings::error, 0, 1e6),
+      whole("frames", "stop after N frames", &Settings::frames, 1, any),
+      number("time", "S", "stop after S seconds from the first frame; 0: no limit", &Settings::time, 0, year),
+      whole("layers", "directions from which the surface is stored", &Settings::layers, 1, 256),
+      whole("layer-size", "texels along a layer's side", &Settings::layer_size, 8, 8192),
+      whole("light-map-size", "texels along a light map's side", &Settings::light_map_size, 8, 8192),
+      on_off("light-map-shift", "shift the light map's grid now and then", &Settings::light_map_shift),
+      whole("samples", "samples per texel and frame, all lights together; even", &Settings::samples, 2, 65536, 2),
+      choice("model", "the dipole", &Settings::model, {"directional", "standard", "better"}),
+      choice("estimator", "how places on the light map are drawn", &Settings::estimator, {"auto", "radial", "disc"}),
+      number("disc-radius", "MM", "the disc's radius, with --estimator disc; 0: from the material",
+             &Settings::disc_radius, 0, 1e6),
+      choice("gather", "where scattered light is computed", &Settings::gather, {"auto", "layers", "camera"}),
+      flag("no-pyramids", "don't blur early frames", &Settings::pyramids, false),
+      whole("seed", "another seed, another noise", &Settings::seed, 0, any),
+      keep(),
+      flag("force", "render even if it looks hopeless", &Settings::force, true),
+  };
+}
+
+}  // namespace
+
+const std::vector<RenderOption>& render_options() {
+  static const std::vector<RenderOption> options = make_options();
+  return options;
+}
+
+std::string conflict(const Settings& settings) {
+  if (settings.disc_radius > 0 && settings.estimator != Estimator::disc) {
+    return "the disc's radius is given but another estimator is chosen; choose the estimator disc, or drop the radius";
+  }
+  return {};
+}
+
+std::string describe(const Settings& settings) {
+  std::string all;
+  for (const RenderOption& option : render_options()) {
+    if (!all.empty()) all += ' ';
+    all += option.name + '=' + option.text(settings);
+  }
+  return all;
+}
+
+std::optional<double> parse_number(std::string_view text) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (problem != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+}  // namespace parian

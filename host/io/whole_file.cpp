@@ -1,0 +1,84 @@
+// Writing beside, then renaming.
+#include "whole_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "error.hpp"
+
+namespace parian {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& path, const std::string& what) {
+  throw Error(ErrorKind::output, fmt::format("{}: {}", path.string(), what));
+}
+
+/// Waits until the file's bytes are on the disk, where a full one shows at last.
+bool flush_to_disk(const fs::path& file) {
+  const int handle = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (handle < 0) return false;
+  const bool done = ::fsync(handle) == 0 || errno == EINVAL || errno == EROFS;
+  return ::close(handle) == 0 && done;
+}
+
+}  // namespace
+
+void check_place(const fs::path& path) {
+  std::error_code ignored;
+  if (!path.has_filename()) fail(path, "names no file; give a file's name");
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  const fs::file_status there = fs::status(folder, ignored);
+  if (!fs::exists(there)) fail(path, fmt::format("there is no folder '{}'; create it first", folder.string()));
+  if (!fs::is_directory(there)) fail(path, fmt::format("'{}' is not a folder; choose another", folder.string()));
+  const fs::file_status status = fs::status(path, ignored);
+  if (fs::is_directory(status)) fail(path, "is a folder; give a file's name");
+  if (fs::exists(status) && !fs::is_regular_file(status)) fail(path, "is not a regular file; give another name");
+  if (::access(folder.c_str(), W_OK | X_OK) != 0) {
+    fail(path,
+         fmt::format("the folder '{}' can't be written ({}); choose another", folder.string(), std::strerror(errno)));
+  }
+}
+
+WholeFile::WholeFile(const fs::path& path) : path_(path) {
+  static std::atomic<unsigned> count{0};
+  check_place(path);
+  std::error_code failed;
+  target_ = fs::is_symlink(path, failed) ? fs::canonical(path, failed) : path;  // a link stays a link
+  if (failed) target_ = path;
+  temporary_ = target_.parent_path() / fmt::format(".parian-{}-{}{}", ::getpid(), count++, path.extension().string());
+}
+
+WholeFile::~WholeFile() {
+  std::error_code ignored;
+  if (!committed_) fs::remove(temporary_, ignored);
+}
+
+void WholeFile::commit() {
+  if (!flush_to_disk(temporary_)) {
+    fail(path_,
+         fmt::format("could not be written ({}); free some space or choose another folder", std::strerror(errno)));
+  }
+  std::error_code failed;
+  fs::rename(temporary_, target_, failed);
+  if (failed) fail(path_, fmt::format("could not be put in place ({}); choose another name", failed.message()));
+  committed_ = true;
+}
+
+void write_text(const fs::path& path, std::string_view text) {
+  WholeFile file(path);
+  std::ofstream stream(file.temporary(), std::ios::binary);
+  stream.write(text.data(), static_cast<std::streamsize>(text.size()));
+  stream.close();
+  if (!stream) fail(path, "could not be written; free some space or choose another folder");
+  file.commit();
+}
+
+}  // namespace parian

@@ -1,0 +1,160 @@
+// The command line as a user meets it: exit codes, one line per mistake, help and lists.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "scratch.hpp"
+
+namespace parian {
+namespace {
+
+using test::read_bytes;
+using test::Scratch;
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+class CliTest : public testing::Test {
+ protected:
+  CliTest() { scratch_.write("tet.obj", test::tetrahedron); }
+
+  /// Runs the tool in the scratch folder; `arguments` go through the shell.
+  Outcome run(const std::string& arguments, const std::string& before = "") {
+    const std::string command = "cd '" + scratch_.folder().string() + "' && " + before + " '" PARIAN_BINARY "' " +
+                                arguments + " >out.txt 2>err.txt </dev/null";
+    const int status = std::system(command.c_str());
+    Outcome outcome;
+    if (WIFEXITED(status)) outcome.code = WEXITSTATUS(status);
+    outcome.out = read_bytes(scratch_ / "out.txt");
+    outcome.err = read_bytes(scratch_ / "err.txt");
+    return outcome;
+  }
+
+  void expect_error(const std::string& arguments, int code, const std::string& says) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.code, code) << arguments << '\n' << outcome.err;
+    EXPECT_TRUE(outcome.err.starts_with("parian: ")) << arguments << '\n' << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << arguments << '\n' << outcome.err;
+    EXPECT_NE(outcome.err.find(says), std::string::npos) << arguments << '\n' << outcome.err;
+    EXPECT_EQ(outcome.out, "") << arguments;
+  }
+
+  Scratch scratch_;
+};
+
+TEST_F(CliTest, HelpAndVersion) {
+  EXPECT_EQ(run("--help").code, 0);
+  EXPECT_NE(run("--help").out.find("materials"), std::string::npos);
+  EXPECT_EQ(run("--version").out.rfind("parian ", 0), 0u);
+  const Outcome help = run("render --help");
+  EXPECT_EQ(help.code, 0);
+  for (const char* word : {"How well", "--layer-size N", "(256)", "--disc-radius MM", "--light X,Y,Z[:R,G,B]",
+                           "--exposure STOPS|auto", "Examples"}) {
+    EXPECT_NE(help.out.find(word), std::string::npos) << word;
+  }
+}
+
+TEST_F(CliTest, BadUsageIs2) {
+  const std::string render = "render tet.obj -o a.exr ";
+  expect_error("", 2, "parian --help");
+  expect_error("rendre", 2, "did you mean 'render'?");
+  expect_error("render", 2, "INPUT is required");
+  expect_error("render tet.obj", 2, "add -o FILE");
+  expect_error(render + "--frmaes 3", 2, "did you mean '--frames'?");
+  expect_error(render + "b.obj", 2, "'b.obj'");
+  expect_error(render + "--frames", 2, "needs a value");
+  for (const char* value : {"0", "-1", "1.5", "many", "1e99", "nan", "''"}) {
+    expect_error(render + "--frames " + value, 2, "--frames");
+  }
+  expect_error(render + "--error -1", 2, "--error: -1 is out of range");
+  expect_error(render + "--error 1,5", 2, "'1,5' is not a number");
+  expect_error(render + "--time inf", 2, "--time");
+  expect_error(render + "--samples 3", 2, "even");
+  expect_error(render + "--model best", 2, "directional, standard, better");
+  expect_error(render + "--light-map-shift maybe", 2, "on or off");
+  expect_error(render + "--disc-radius 2", 2, "estimator");
+  expect_error(render + "--exposure bright", 2, "auto");
+  expect_error(render + "--size-mm 0", 2, "--size-mm");
+  expect_error(render + "--fov 180", 2, "from 0.01 to 179");
+  for (const char* value : {"12", "12x", "0x5", "x", "16385x1", "-1x5", "1x1x1", "1.5x2"}) {
+    expect_error(render + "--size " + value, 2, "WxH");
+  }
+  for (const char* value : {"1,2", "1,2,3,4", "a,b,c", "1,2,3:", "1,2,3:1", "1,2,", "nan,0,0"}) {
+    expect_error(render + "--light " + value, 2, "X,Y,Z:R,G,B");
+  }
+  expect_error(render + "--light 0,0,0", 2, "no length");
+  expect_error(render + "--light 0,0,1:1,-1,1", 2, "irradiance");
+  for (const char* value : {"1,2,3", "1,2,3:1,2", ":"}) expect_error(render + "--camera " + value, 2, "EX,EY,EZ");
+  expect_error(render + "--camera 1,2,3:1,2,3", 2, "same point");
+  expect_error(render + "--camera 1,2,3:0,0,0 --cameras c.toml", 2, "keep one");
+  expect_error(render + "--material marbel", 2, "arble");
+}
+
+TEST_F(CliTest, BadInputIs3) {
+  expect_error("render none.obj -o a.exr", 3, "none.obj");
+  expect_error("render none.toml -o a.exr", 3, "none.toml");
+  expect_error("render tet.obj -o a.exr --cameras none.toml", 3, "none.toml");
+  scratch_.write("typo.toml", "[[object]]\nmehs = \"tet.obj\"\n");
+  expect_error("render typo.toml -o a.exr", 3,
+               "typo.toml:2: there is no key 'mehs' in [[object]]; did you mean 'mesh'?");
+  scratch_.write("syntax.toml", "a = = 3\n");
+  expect_error("render syntax.toml -o a.exr", 3, "syntax.toml:1: ");
+  scratch_.write("two.toml", "[[object]]\nmesh = \"tet.obj\"\n[[object]]\nmesh = \"tet.obj\"\n");
+  expect_error("render two.toml -o a.exr", 3, "two.toml:3: a second");
+  scratch_.write("cameras.toml", "[[camera]]\n[[camera]]\n");
+  expect_error("render tet.obj -o a.exr --cameras cameras.toml", 2, "picture_%03d.exr");
+  EXPECT_FALSE(std::filesystem::exists(scratch_ / "a.exr"));
+}
+
+TEST_F(CliTest, NoDeviceIs4) {
+  expect_error("render tet.obj -o a.exr --device 'no such device'", 4, "no such device");
+  const Outcome outcome = run("render tet.obj -o a.exr", "PARIAN_DEVICE='no such device'");
+  EXPECT_EQ(outcome.code, 4);
+  EXPECT_NE(outcome.err.find("no such device"), std::string::npos) << outcome.err;
+}
+
+TEST_F(CliTest, BadOutputIs5BeforeAnythingIsRead) {
+  expect_error("render none.obj -o a.xyz", 5, "use .exr or .png");
+  expect_error("render none.obj -o a", 5, "end it in .exr or .png");
+  expect_error("render none.obj -o none/a.exr", 5, "create it first");
+  expect_error("render none.obj -o /dev/full", 5, "/dev/full");
+  expect_error("render none.obj -o a.exr --stats none/s.json", 5, "create it first");
+  expect_error("render none.obj -o a.exr -o b.xyz", 5, "b.xyz");
+  EXPECT_EQ(run("--help >/dev/full 2>err.txt #").code, 5);
+}
+
+TEST_F(CliTest, ListsMaterials) {
+  const auto list = nlohmann::json::parse(run("materials --json").out);
+  ASSERT_FALSE(list.empty());
+  for (const auto& material : list) {
+    for (const char* key :
+         {"name", "dataset", "sigma_s", "sigma_a", "g", "ior", "mean_free_path_mm", "reduced_albedo"}) {
+      EXPECT_TRUE(material.contains(key)) << key;
+    }
+  }
+  const auto marble = std::find_if(list.begin(), list.end(), [](const auto& m) { return m["name"] == "Marble"; });
+  ASSERT_NE(marble, list.end());
+  EXPECT_NEAR((*marble)["mean_free_path_mm"][0].get<double>(), 1 / (2.19 + 0.0021), 1e-12);
+  EXPECT_NEAR((*marble)["reduced_albedo"][0].get<double>(), 2.19 / (2.19 + 0.0021), 1e-12);
+  const Outcome table = run("materials");
+  EXPECT_EQ(table.code, 0);
+  EXPECT_NE(table.out.find("Marble"), std::string::npos);
+  EXPECT_NE(table.out.find("\n* "), std::string::npos) << "the footnote";
+}
+
+TEST_F(CliTest, ListsDevices) {
+  const Outcome outcome = run("devices --json");
+  const auto list = nlohmann::json::parse(outcome.out);
+  ASSERT_TRUE(list.is_array());
+  EXPECT_EQ(outcome.code, list.empty() ? 4 : 0);
+  for (const auto& device : list) EXPECT_TRUE(device.contains("name") && device.contains("vector_width"));
+  EXPECT_EQ(run("devices").code, outcome.code);
+}
+
+}  // namespace
+}  // namespace parian

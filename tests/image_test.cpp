@@ -1,0 +1,214 @@
+// Picture files: values, alpha, metadata, equal bytes, and nothing half written.
+#include "image_file.hpp"
+
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+
+#include "error.hpp"
+#include "scratch.hpp"
+
+namespace parian {
+namespace {
+
+using test::read_bytes;
+using test::Scratch;
+
+struct Picture {
+  OIIO::ImageSpec spec;
+  std::vector<float> values;
+};
+
+/// A picture as it's stored, as floats; bytes become value/255.
+Picture read(const std::filesystem::path& path) {
+  OIIO::ImageSpec as_stored;
+  as_stored.attribute("oiio:UnassociatedAlpha", 1);  // don't premultiply
+  const auto input = OIIO::ImageInput::open(path.string(), &as_stored);
+  EXPECT_TRUE(input) << path;
+  if (!input) return {};
+  Picture picture{input->spec(), {}};
+  picture.values.resize(picture.spec.image_pixels() * picture.spec.nchannels);
+  EXPECT_TRUE(input->read_image(0, 0, 0, picture.spec.nchannels, OIIO::TypeFloat, picture.values.data()));
+  return picture;
+}
+
+/// 2 x 2: opaque, half covered, empty, over-bright.
+Image small_image() {
+  return {2, 2, {0.5f, 0.25f, 0.125f, 1, 0.25f, 0.125f, 0.0625f, 0.5f, 0, 0, 0, 0, 8, 0.001f, 0, 1}};
+}
+
+Image large_image() {
+  Image image{256, 256, {}};
+  std::uint32_t state = 1;
+  for (std::size_t i = 0; i < std::size_t{4} * 256 * 256; ++i) {
+    state = state * 1664525u + 1013904223u;  // noise, so that it doesn't compress
+    image.rgba.push_back(i % 4 == 3 ? 1.0f : static_cast<float>(state >> 8) / 16777216.0f);
+  }
+  return image;
+}
+
+const PictureNotes notes{"a device", "samples=16", 12, 0.5};
+
+double srgb(double x) { return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055; }
+
+ErrorKind refusal(const std::filesystem::path& path) {
+  try {
+    check_output(path);
+  } catch (const Error& error) {
+    return error.kind();
+  }
+  return static_cast<ErrorKind>(0);
+}
+
+TEST(ImageTest, ExrHoldsTheValues) {
+  const Scratch scratch;
+  for (const char* name : {"a.exr", "a.EXR", "a.tif"}) {
+    write_image(scratch / name, small_image(), notes, {false, 3.0});  // exposure must not matter
+    const Picture picture = read(scratch / name);
+    EXPECT_EQ(picture.spec.format, OIIO::TypeFloat);
+    EXPECT_EQ(picture.values, small_image().rgba) << name;
+  }
+}
+
+TEST(ImageTest, ExrSaysWhatItIs) {
+  const Scratch scratch;
+  unsetenv("SOURCE_DATE_EPOCH");
+  write_image(scratch / "a.exr", small_image(), notes, {});
+  const OIIO::ImageSpec spec = read(scratch / "a.exr").spec;
+  EXPECT_TRUE(std::string(spec.get_string_attribute("Software")).starts_with("parian "));
+  EXPECT_EQ(spec.get_string_attribute("DateTime"), "1970:01:01 00:00:00");
+  EXPECT_EQ(spec.get_string_attribute("parian:device"), "a device");
+  EXPECT_EQ(spec.get_string_attribute("parian:settings"), "samples=16");
+  EXPECT_EQ(spec.get_string_attribute("parian:frames"), "12");
+  EXPECT_EQ(spec.get_float_attribute("parian:estimated_relmse"), 0.5f);
+  EXPECT_EQ(spec.get_string_attribute("compression"), "zip");
+  EXPECT_FALSE(spec.find_attribute("HostComputer"));
+  setenv("SOURCE_DATE_EPOCH", "86399", 1);
+  write_image(scratch / "b.exr", small_image(), notes, {});
+  unsetenv("SOURCE_DATE_EPOCH");
+  EXPECT_EQ(read(scratch / "b.exr").spec.get_string_attribute("DateTime"), "1970:01:01 23:59:59");
+}
+
+TEST(ImageTest, EqualRunsGiveEqualBytes) {
+  const Scratch scratch;
+  for (const char* extension : {".exr", ".png", ".tif", ".jpg", ".hdr"}) {
+    const auto a = scratch / (std::string("a") + extension), b = scratch / (std::string("b") + extension);
+    write_image(a, small_image(), notes, {});
+    write_image(b, small_image(), notes, {});
+    EXPECT_FALSE(read_bytes(a).empty()) << extension;
+    EXPECT_EQ(read_bytes(a), read_bytes(b)) << extension;
+  }
+}
+
+TEST(ImageTest, PngIsToneMappedWithUnassociatedAlpha) {
+  const Scratch scratch;
+  write_image(scratch / "a.png", small_image(), notes, {false, 1.0});
+  const Picture picture = read(scratch / "a.png");
+  ASSERT_EQ(picture.spec.nchannels, 4);
+  EXPECT_EQ(picture.spec.format, OIIO::TypeUInt8);
+  const std::vector<double> expected{1, srgb(0.5), srgb(0.25), 1, 1, srgb(0.5),   srgb(0.25), 0.5,
+                                     0, 0,         0,          0, 1, srgb(0.002), 0,          1};
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_NEAR(picture.values[i], expected[i], 0.502 / 255) << "value " << i;  // rounded to the nearest of 256
+  }
+}
+
+TEST(ImageTest, FormatsWithoutAlphaAreOverBlack) {
+  const Scratch scratch;
+  write_image(scratch / "a.hdr", small_image(), notes, {});
+  const Picture picture = read(scratch / "a.hdr");
+  ASSERT_EQ(picture.spec.nchannels, 3);
+  EXPECT_NEAR(picture.values[3], 0.25, 0.25 / 128);  // RGBE keeps 8 bits
+  write_image(scratch / "a.jpg", small_image(), notes, {});
+  EXPECT_EQ(read(scratch / "a.jpg").spec.nchannels, 3);
+}
+
+TEST(ImageTest, AutomaticExposurePutsThePercentileInPlace) {
+  Image image{100, 1, {}};
+  for (int i = 1; i <= 100; ++i) {
+    const float v = static_cast<float>(i) * 0.5f;  // half covered: radiance is i
+    image.rgba.insert(image.rgba.end(), {v, v, v, 0.5f});
+  }
+  EXPECT_NEAR(automatic_stops(image), std::log2(0.8 / 99), 1e-6);
+  EXPECT_EQ(automatic_stops(Image{1, 1, {0, 0, 0, 0}}), 0.0);
+  EXPECT_EQ(automatic_stops(Image{1, 1, {0, 0, 0, 1}}), 0.0);
+  EXPECT_EQ(automatic_stops(Image{1, 1, {NAN, 0, 0, 1}}), 0.0);
+  const Scratch scratch;
+  write_image(scratch / "a.png", image, notes, {true, 0.0});
+  const Picture picture = read(scratch / "a.png");
+  EXPECT_NEAR(picture.values[98 * 4], srgb(0.8), 0.502 / 255);
+  EXPECT_NEAR(std::stof(std::string(picture.spec.get_string_attribute("parian:exposure", "nan"))), std::log2(0.8 / 99),
+              1e-4);
+}
+
+TEST(ImageTest, NonfiniteValuesBecomeBytes) {
+  const Scratch scratch;
+  write_image(scratch / "a.png", {2, 1, {NAN, INFINITY, -INFINITY, 1, 1, 1, 1, NAN}}, notes, {});
+  const Picture picture = read(scratch / "a.png");
+  EXPECT_EQ(std::vector<float>(picture.values.begin(), picture.values.begin() + 4), (std::vector<float>{0, 1, 0, 1}));
+}
+
+TEST(ImageTest, RefusesBeforeWriting) {
+  const Scratch scratch;
+  for (const char* name : {"a.exr", "a.png", "a.tif", "a.jpg", "a.hdr", "with space.exr"}) {
+    EXPECT_EQ(refusal(scratch / name), static_cast<ErrorKind>(0)) << name;
+  }
+  std::filesystem::create_directory(scratch / "folder.exr");
+  for (const char* name : {"a", "a.", "a.xyz", "a.null", "none/a.exr", "folder.exr", ".exr"}) {
+    EXPECT_EQ(refusal(scratch / name), ErrorKind::output) << name;
+  }
+  EXPECT_EQ(refusal("/dev/full"), ErrorKind::output);
+  std::filesystem::create_symlink("/dev/full", scratch / "full.exr");
+  EXPECT_EQ(refusal(scratch / "full.exr"), ErrorKind::output);
+  EXPECT_EQ(refusal(""), ErrorKind::output);
+}
+
+/// Lets files grow to `bytes` only, as on a disk that is nearly full.
+class SmallDisk {
+ public:
+  explicit SmallDisk(rlim_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit small{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &small);
+  }
+  ~SmallDisk() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, SIG_DFL);
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST(ImageTest, FullDiskKeepsTheOldFile) {
+  const Image image = large_image();
+  for (const char* name : {"a.exr", "a.png", "a.tif", "a.hdr", "a.jpg", "a.bmp", "a.tga", "a.sgi"}) {
+    const Scratch scratch;
+    scratch.write(name, "old");
+    for (const rlim_t bytes : {0, 1000, 16384}) {
+      const SmallDisk disk(bytes);
+      EXPECT_THROW(write_image(scratch / name, image, notes, {}), Error) << name << ' ' << bytes;
+    }
+    EXPECT_EQ(read_bytes(scratch / name), "old") << name;
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(scratch.folder()), {}), 1) << "left something behind";
+  }
+}
+
+TEST(ImageTest, ReplacesAFileAndKeepsALink) {
+  const Scratch scratch;
+  scratch.write("real.png", "old");
+  std::filesystem::create_symlink("real.png", scratch / "link.png");
+  write_image(scratch / "link.png", small_image(), notes, {});
+  EXPECT_TRUE(std::filesystem::is_symlink(scratch / "link.png"));
+  EXPECT_EQ(read(scratch / "real.png").spec.width, 2);
+}
+
+}  // namespace
+}  // namespace parian
