@@ -63,9 +63,9 @@ inline Mesh icosphere(int levels) {
   const double g = 0.5 * (1 + std::sqrt(5.0));
   const glm::dvec3 p[12] = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
                             {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
-  const int faces[20][3] = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                            {11, 10, 2}, {10, 7, 6}, {7, 1, 8},   {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
-                            {3, 8, 9},  {4, 9, 5},  {2, 4, 11},  {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
+  const int faces[20][3] = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                            {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                            {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
   Mesh mesh;
   const std::function<void(glm::dvec3, glm::dvec3, glm::dvec3, int)> divide = [&](glm::dvec3 a, glm::dvec3 b,
                                                                                   glm::dvec3 c, int level) {
@@ -176,7 +176,9 @@ inline std::string hex(glm::dvec3 v) { return fmt::format("({:a}, {:a}, {:a})", 
 struct ExactView {
   explicit ExactView(const kernels::View& v)
       : view(v), origin(exact(v.origin)), right(exact(v.right)), down(exact(v.down)), back(exact(v.back)) {}
-  [[nodiscard]] glm::dvec3 frame(glm::dvec3 v) const { return {glm::dot(v, right), glm::dot(v, down), glm::dot(v, back)}; }
+  [[nodiscard]] glm::dvec3 frame(glm::dvec3 v) const {
+    return {glm::dot(v, right), glm::dot(v, down), glm::dot(v, back)};
+  }
   /// (film x, film y, nearness)
   [[nodiscard]] glm::dvec3 film(glm::dvec3 p) const {
     const glm::dvec3 c = frame(p - origin);
