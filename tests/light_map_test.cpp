@@ -50,7 +50,7 @@ void check_maps(Bench& b, const std::string& what) {
         // Plane through the hit: dz = -(n_x dx + n_y dy) / n_z, the cosine at least 0.1.
         const glm::dvec3 g = view.frame(h.n_g);
         const double cosine = std::max(g.z, 0.1);
-        slope.add(std::max(std::fabs(a.y + g.x / cosine), std::fabs(a.z + g.y / cosine)) * cosine * cosine / 6e-7,
+        slope.add(std::max(std::fabs(a.y + g.x / cosine), std::fabs(a.z + g.y / cosine)) * cosine * cosine / 1.2e-6,
                   where);
         // Corners snap to 1/256 texel, so that a sample may lie that far outside of its triangle, and is moved inside.
         const double steep = std::sqrt(1 - g.z * g.z) / g.z, snap = 2.0 / 256 / light.view.scale;
@@ -66,7 +66,7 @@ void check_maps(Bench& b, const std::string& what) {
       what, lit, edge, height.error, height.where, slope.error, slope.where, normal.error, normal.where);
   EXPECT_GT(lit, texels / 8);
   EXPECT_LE(height.error, 1) << height.where;  // float32 positions of size 1, along the slope
-  EXPECT_LE(slope.error, 1) << slope.where;    // ten roundings of a normal, over the cosine's square
+  EXPECT_LE(slope.error, 1) << slope.where;    // twenty roundings of a normal, over the cosine's square
   EXPECT_LE(normal.error, 1) << normal.where;  // barycentric coordinates within float32 of the triangle's size
 }
 
