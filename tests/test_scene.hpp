@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/bssrdf.h"
 #include "passes.hpp"
 
 namespace parian::test {
@@ -218,6 +219,64 @@ inline Hit hit_triangle(const Bench& bench, std::uint32_t id, const ExactView& v
   h.n_s = turned * glm::normalize(h.n_s);
   h.cosine = -glm::dot(h.n_g, glm::normalize(d));
   return h;
+}
+
+/// S_d T12 of each medium, in double, for light that falls on a light map's texel at a film position and leaves at a
+/// point `p` with normal `n_o`, both in the light's frame. The last entry, of colours without a medium, is 0.
+using PerMedium = std::array<double, 4>;
+inline PerMedium texel_response(const Plan& plan, const kernels::Light& light, const kernels::float4* texel,
+                                glm::dvec2 sample, glm::dvec2 film, glm::dvec3 p, glm::dvec3 n_o,
+                                double turn_of_n_o = 0) {
+  using kernels::real3;
+  PerMedium response{};
+  if (!(texel[0].w > 0)) return response;
+  const double scale = light.view.scale;
+  const glm::dvec3 x_i((film.x - light.view.centre_x) / scale, (film.y - light.view.centre_y) / scale,
+                       texel[0].x + (texel[0].y * (film.x - sample.x) + texel[0].z * (film.y - sample.y)) / scale);
+  const real3 towards{0, 0, 1}, n_i = kernels::bend_normal(real3{texel[1].x, texel[1].y, texel[1].z}, towards);
+  const real3 w12 = kernels::refract_into(towards, n_i, plan.boundary);
+  kernels::DipoleGeometry g =
+      kernels::dipole_geometry({p.x - x_i.x, p.y - x_i.y, p.z - x_i.z}, w12, n_i, {n_o.x, n_o.y, n_o.z});
+  g.w_n += turn_of_n_o;
+  for (std::size_t m = 0; m < plan.media.size(); ++m)
+    response[m] = kernels::fresnel_transmittance(n_i.z, plan.boundary) * kernels::bssrdf(plan.media[m], g);
+  return response;
+}
+
+/// Scattered radiance at a point by quadrature over the whole of a light's map (half A), each lit texel divided until
+/// its parts are small beside their distance and beside the mean free path.
+inline glm::dvec3 quadrature(const Plan& plan, const kernels::Light& light, const std::vector<kernels::float4>& map,
+                             glm::dvec3 x, glm::dvec3 n) {
+  const ExactView view(light.view);
+  const glm::dvec3 p = view.frame(x - view.origin), n_o = view.frame(n);
+  const double scale = light.view.scale;
+  double floor = 2, sigma_tr = 0;
+  for (const kernels::Medium& m : plan.media) {
+    floor = std::min(floor, 0.1 / m.sigma_t_prime);
+    sigma_tr = std::max(sigma_tr, double{m.sigma_tr} * m.sigma_t_prime);
+  }
+  PerMedium sum{};
+  for (std::uint32_t k = 0; k < light.view.width * light.view.height; ++k) {
+    const kernels::float4* texel = &map[2 * (light.map + k)];
+    if (!(texel[0].w > 0)) continue;
+    const glm::dvec2 sample =
+        glm::dvec2(k % light.view.width, k / light.view.width) + glm::dvec2(light.sample_x[0], light.sample_y[0]);
+    const std::function<void(glm::dvec2, double)> add = [&](glm::dvec2 film, double side) {
+      const glm::dvec2 away = film - sample;
+      const glm::dvec3 to((film.x - light.view.centre_x) / scale - p.x, (film.y - light.view.centre_y) / scale - p.y,
+                          texel[0].x + (texel[0].y * away.x + texel[0].z * away.y) / scale - p.z);
+      const double size = side / scale * std::sqrt(1 + texel[0].y * texel[0].y + texel[0].z * texel[0].z);
+      if (side > 1e-4 && (size > 0.1 * std::max(glm::length(to), floor) || size * sigma_tr > 0.4)) {
+        for (int c = 0; c < 4; ++c) add(film + glm::dvec2(c % 2 - 0.5, c / 2 - 0.5) * (0.5 * side), 0.5 * side);
+        return;
+      }
+      const PerMedium r = texel_response(plan, light, texel, sample, film, p, n_o);
+      for (std::size_t m = 0; m < plan.media.size(); ++m) sum[m] += r[m] * side * side / (scale * scale);
+    };
+    add(sample, 1.0);
+  }
+  return exact(light.irradiance) * double(light.samples) *
+         glm::dvec3(sum[plan.medium_of[0]], sum[plan.medium_of[1]], sum[plan.medium_of[2]]);
 }
 
 }  // namespace parian::test
