@@ -161,8 +161,8 @@ TEST_P(LayersReplay, SameSamplesInDouble) {
   b.passes.seed = 12345;
   constexpr std::uint32_t rounds = 3;
   const std::vector<float4> values = b.frames(rounds);
-  double worst = 0, worst_relative = 0, brightest = 0;
-  std::string where;
+  Worst worst, worst_relative;
+  double brightest = 0;
   std::vector<double> relative;
   for (std::size_t i = 0; i < b.n; ++i)
     for (std::uint32_t half = 0; half < 2; ++half) {
@@ -176,20 +176,21 @@ TEST_P(LayersReplay, SameSamplesInDouble) {
         // does.
         const double tolerance = 2e-5 * r.absolute[channel] + r.allowed[channel] + 1e-30;
         if (r.sum[channel] > 0) relative.push_back(error / r.sum[channel]);
-        if (r.sum[channel] > 1e-6 * brightest) worst_relative = std::max(worst_relative, relative.back());
-        if (!(error / tolerance <= worst))
-          worst = error / tolerance, where = fmt::format("point {} {} half {} channel {}: {:a}, expected {:a}", i,
-                                                         hex(exact(b.at[2 * i])), half, channel, found, r.sum[channel]);
+        if (r.sum[channel] > 1e-6 * brightest) worst_relative.add(relative.back(), "");
+        worst.add(error / tolerance, [&] {
+          return fmt::format("point {} {} half {} channel {}: {:a}, expected {:a}", i, hex(exact(b.at[2 * i])), half,
+                             channel, found, r.sum[channel]);
+        });
       }
     }
   ASSERT_FALSE(relative.empty());
   std::sort(relative.begin(), relative.end());
   fmt::print("{} VW={}: {} values, relative error median {:.2g}, 99 % {:.2g}, worst {:.2g}; of tolerance {:.2f} ({})\n",
              c.name, c.lanes, relative.size(), relative[relative.size() / 2], relative[relative.size() * 99 / 100],
-             worst_relative, worst, where);
+             worst_relative.value, worst.value, worst.where);
   EXPECT_GT(brightest, 0);
   EXPECT_LE(relative[relative.size() / 2], 5e-6);
-  EXPECT_LE(worst, 1) << where;
+  EXPECT_LE(worst.value, 1) << worst.where;
 }
 
 INSTANTIATE_TEST_SUITE_P(LanesAndEstimators, LayersReplay,
@@ -227,8 +228,8 @@ TEST_P(LayersMean, AgreesWithQuadrature) {
       sum[i] += v, squares[i] += v * v;
     }
   }
-  double worst = 0, z2 = 0, precision = 0;
-  std::string where;
+  Worst worst;
+  double z2 = 0, precision = 0;
   for (std::size_t i = 0; i < b.n; ++i) {
     const glm::dvec3 truth =
         quadrature(b.plan, b.passes.light_maps.lights[0], b.map, exact(b.at[2 * i]), exact(b.at[2 * i + 1]));
@@ -239,16 +240,17 @@ TEST_P(LayersMean, AgreesWithQuadrature) {
       const double error = std::sqrt(variance + std::pow(5e-4 * truth[channel], 2));
       const double z = std::fabs(mean - truth[channel]) / error;
       z2 += z * z, precision += std::sqrt(variance) / truth[channel];
-      if (!(z <= worst))
-        worst = z, where = fmt::format("point {} channel {}: {:.6g} +- {:.2g}, expected {:.6g}",
-                                       hex(exact(b.at[2 * i])), channel, mean, error, truth[channel]);
+      worst.add(z, [&] {
+        return fmt::format("point {} channel {}: {:.6g} +- {:.2g}, expected {:.6g}", hex(exact(b.at[2 * i])), channel,
+                           mean, error, truth[channel]);
+      });
     }
   }
   const double count = 3.0 * double(b.n);
   fmt::print(
       "{}: {} points, standard error {:.2g}, mean square of deviations {:.2f}, worst {:.2f} standard errors ({})\n",
-      c.name, b.n, precision / count, z2 / count, worst, where);
-  EXPECT_LE(worst, 4.0) << where;
+      c.name, b.n, precision / count, z2 / count, worst.value, worst.where);
+  EXPECT_LE(worst.value, 4.0) << worst.where;
   EXPECT_LE(z2 / count, 2.0);
   EXPECT_LE(precision / count, 0.02);
 }

@@ -15,15 +15,6 @@ std::vector<float4> read_map(Bench& b) {
   return b.compute.read<float4>(m.map, std::size_t{4} * m.size * m.size * m.lights.size());
 }
 
-/// Largest error of what a texel holds, in units of its tolerance.
-struct Worst {
-  double error = 0;
-  std::string where;
-  void add(double e, const std::string& text) {
-    if (!(e <= error)) error = e, where = text;
-  }
-};
-
 /// Compares both halves of all lights; the ids are drawn again into buffers of the test.
 void check_maps(Bench& b, const std::string& what) {
   LightMaps& m = b.passes.light_maps;
@@ -50,7 +41,7 @@ void check_maps(Bench& b, const std::string& what) {
         // Plane through the hit: dz = -(n_x dx + n_y dy) / n_z, the cosine at least 0.1.
         const glm::dvec3 g = view.frame(h.n_g);
         const double cosine = std::max(g.z, 0.1);
-        slope.add(std::max(std::fabs(a.y + g.x / cosine), std::fabs(a.z + g.y / cosine)) * cosine * cosine / 1.2e-6,
+        slope.add(largest({std::fabs(a.y + g.x / cosine), std::fabs(a.z + g.y / cosine)}) * cosine * cosine / 1.2e-6,
                   where);
         // Corners snap to 1/256 texel, so that a sample may lie that far outside of its triangle, and is moved inside.
         const double steep = std::sqrt(1 - g.z * g.z) / g.z, snap = 2.0 / 256 / light.view.scale;
@@ -63,11 +54,11 @@ void check_maps(Bench& b, const std::string& what) {
     }
   fmt::print(
       "{}: {} lit texels ({} at edges); of tolerance: height {:.2f} ({}), slopes {:.2f} ({}), normals {:.2f} ({})\n",
-      what, lit, edge, height.error, height.where, slope.error, slope.where, normal.error, normal.where);
+      what, lit, edge, height.value, height.where, slope.value, slope.where, normal.value, normal.where);
   EXPECT_GT(lit, texels / 8);
-  EXPECT_LE(height.error, 1) << height.where;  // float32 positions of size 1, along the slope
-  EXPECT_LE(slope.error, 1) << slope.where;    // twenty roundings of a normal, over the cosine's square
-  EXPECT_LE(normal.error, 1) << normal.where;  // barycentric coordinates within float32 of the triangle's size
+  EXPECT_LE(height.value, 1) << height.where;  // float32 positions of size 1, along the slope
+  EXPECT_LE(slope.value, 1) << slope.where;    // twenty roundings of a normal, over the cosine's square
+  EXPECT_LE(normal.value, 1) << normal.where;  // barycentric coordinates within float32 of the triangle's size
 }
 
 class LightMap : public testing::TestWithParam<std::uint32_t> {};
@@ -171,15 +162,15 @@ TEST_P(LightMap, SamplesAreCentredOnTheNearestLitTexel) {
       };
       const double spread = 1e-6 + rounding / scale / h + 4 * 0x1p-24 * std::fabs(std::log(h));
       const double low = log_G(std::log(h) + spread), high = log_G(std::log(h) - spread);
-      const double out = std::max({0.0, low - c.w, c.w - high});
+      const double out = largest({0.0, low - c.w, c.w - high});
       G_error.add(out / (8 * 0x1p-24 * std::max(std::fabs(low), std::fabs(double{density.log_G_min}))), where);
     }
   fmt::print("size {}: {} points; of tolerance: distance {:.2f} ({}), h {:.2f} ({}), log G {:.2f} ({})\n", size,
-             needed.size(), distance.error, distance.where, h_error.error, h_error.where, G_error.error, G_error.where);
+             needed.size(), distance.value, distance.where, h_error.value, h_error.where, G_error.value, G_error.where);
   EXPECT_GT(needed.size(), 300U);
-  EXPECT_LE(distance.error, 1) << distance.where;
-  EXPECT_LE(h_error.error, 1) << h_error.where;
-  EXPECT_LE(G_error.error, 1) << G_error.where;
+  EXPECT_LE(distance.value, 1) << distance.where;
+  EXPECT_LE(h_error.value, 1) << h_error.where;
+  EXPECT_LE(G_error.value, 1) << G_error.where;
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, LightMap, testing::Values(128U, 100U, 33U));

@@ -135,8 +135,7 @@ double rounding_unit(const RasterTriangle& t, double noise, double dx, double dy
 void check_setup(const Bench& b, const View& view, const std::vector<RasterTriangle>& records,
                  const std::string& what) {
   const ExactView exact_view(view);
-  double worst_snap = 0, worst_plane = 0;
-  std::string snap_where, plane_where;
+  Worst snap, plane;
   for (const RasterTriangle& t : records) {
     if (t.triangle == 0xffffffffU) continue;
     glm::dvec3 p[3];
@@ -149,19 +148,17 @@ void check_setup(const Bench& b, const View& view, const std::vector<RasterTrian
     // Of the view coordinates too, which are at most 3.
     const double noise = std::fabs(p[0].z) + std::fabs(p[1].z) + std::fabs(p[2].z);
     for (int c = 0; c < 3; ++c) {
-      const double snap = std::max(std::fabs(p[c].x * 256 - x[c]), std::fabs(p[c].y * 256 - y[c]));
-      if (!(snap <= worst_snap)) worst_snap = snap, snap_where = fmt::format("triangle {} {}", t.triangle, hex(p[c]));
+      const auto where = [&] { return fmt::format("triangle {} {}", t.triangle, hex(p[c])); };
+      snap.add(largest({std::fabs(p[c].x * 256 - x[c]), std::fabs(p[c].y * 256 - y[c])}), where);
       const double dx = x[c] - x[0], dy = y[c] - y[0];
       const double q = double{t.q0} + double{t.q_x} * dx + double{t.q_y} * dy;
-      const double ratio = std::fabs(q - p[c].z) / rounding_unit(t, noise, dx, dy);
-      if (!(ratio <= worst_plane))
-        worst_plane = ratio, plane_where = fmt::format("triangle {} {}", t.triangle, hex(p[c]));
+      plane.add(std::fabs(q - p[c].z) / rounding_unit(t, noise, dx, dy), where);
     }
   }
-  fmt::print("{}: set-up within {:.3f} subpixels ({}); nearness within {:.2f} rounding units ({})\n", what, worst_snap,
-             snap_where, worst_plane, plane_where);
-  EXPECT_LE(worst_snap, 1.0) << what << snap_where;    // half for rounding to nearest, the rest for float32 coordinates
-  EXPECT_LE(worst_plane, 2.0) << what << plane_where;  // each of the eight operations rounds once
+  fmt::print("{}: set-up within {:.3f} subpixels ({}); nearness within {:.2f} rounding units ({})\n", what, snap.value,
+             snap.where, plane.value, plane.where);
+  EXPECT_LE(snap.value, 1.0) << what << snap.where;    // half for rounding to nearest, the rest for float32 coordinates
+  EXPECT_LE(plane.value, 2.0) << what << plane.where;  // each of the eight operations rounds by half an ulp
 }
 
 TEST(Raster, RandomTrianglesAreExact) {
@@ -320,8 +317,7 @@ TEST(Raster, ClippedSurfacesAreWatertight) {
     ASSERT_EQ(b.plan.slots, 6U);
     Random random(3);
     std::size_t cut = 0;
-    double worst = 0, worst_relative = 0;
-    std::string where;
+    Worst worst, relative;
     for (int i = 0; i < 8; ++i) {
       // Some eyes nearly on a face, so that the near plane cuts it inside the film.
       const glm::dvec3 eye = i < 2   ? glm::dvec3(0.1, cube ? 0.9993 : 0.93, 0.05)
@@ -355,15 +351,15 @@ TEST(Raster, ClippedSurfacesAreWatertight) {
             rounding = std::max(rounding, rounding_unit(t, 3 * t.q_max, 256 * x - t.x0, 256 * y - t.y0));
         const double tolerance = 2 * slope + 2 * rounding;
         const double difference = std::fabs(double{std::bit_cast<float>(~v.depth[k])} - centre);
-        worst_relative = std::max(worst_relative, difference / centre);
-        const double error = difference / tolerance;
-        if (!(error <= worst)) worst = error, where = fmt::format("{} pixel {}", what, k);
+        const auto where = [&] { return fmt::format("{} pixel {}", what, k); };
+        relative.add(difference / centre, where);
+        worst.add(difference / tolerance, where);
       }
     }
     fmt::print("{}: {} extra records by clipping; nearness {:.2f} of tolerance ({}), {:.2g} of itself\n",
-               cube ? "box" : "sphere", cut, worst, where, worst_relative);
+               cube ? "box" : "sphere", cut, worst.value, worst.where, relative.value);
     EXPECT_GT(cut, 20U);
-    EXPECT_LE(worst, 1.0) << where;
+    EXPECT_LE(worst.value, 1.0) << worst.where;
   }
 }
 

@@ -28,6 +28,28 @@ class Random {
   std::mt19937 engine_;
 };
 
+/// The largest of the values added, and where; NaN counts as larger than all.
+struct Worst {
+  double value = 0;
+  std::string where;
+  template <class Text>  // a string, or a function that makes one
+  void add(double v, const Text& text) {
+    if (std::isnan(value) || v <= value) return;
+    value = v;
+    if constexpr (std::is_invocable_v<Text>)
+      where = text();
+    else
+      where = text;
+  }
+};
+
+/// The largest, or NaN if any is NaN.
+inline double largest(std::initializer_list<double> values) {
+  Worst worst;
+  for (const double v : values) worst.add(v, "");
+  return worst.value;
+}
+
 /// Adds a triangle whose corners share its geometric normal.
 inline void add_triangle(Mesh& mesh, glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) {
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
