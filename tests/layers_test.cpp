@@ -149,6 +149,8 @@ struct Case {
   Material material;
 };
 
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name << " on " << c.lanes << " lanes"; }
+
 class LayersReplay : public testing::TestWithParam<Case> {};
 
 TEST_P(LayersReplay, SameSamplesInDouble) {
@@ -189,7 +191,8 @@ TEST_P(LayersReplay, SameSamplesInDouble) {
              c.name, c.lanes, relative.size(), relative[relative.size() / 2], relative[relative.size() * 99 / 100],
              worst_relative.value, worst.value, worst.where);
   EXPECT_GT(brightest, 0);
-  EXPECT_LE(relative[relative.size() / 2], 5e-6);
+  // 1e-6 and less unless the object is thousands of free paths wide, where float32 positions round to 1e-4 of a path.
+  EXPECT_LE(relative[relative.size() / 2], 3e-5);
   EXPECT_LE(worst.value, 1) << worst.where;
 }
 
@@ -197,7 +200,14 @@ INSTANTIATE_TEST_SUITE_P(LanesAndEstimators, LayersReplay,
                          testing::Values(Case{"nearest", 1, 0, two_media}, Case{"nearest", 4, 0, one_medium},
                                          Case{"nearest", 8, 0, dense}, Case{"exponential", 1, 1, one_medium},
                                          Case{"exponential", 8, 1, two_media}, Case{"disc", 4, 2, two_media},
-                                         Case{"disc", 8, 2, one_medium}),
+                                         Case{"disc", 8, 2, one_medium},
+                                         Case{"clear", 8, 0, medium({1, 2, 3}, {0, 0, 0}, 1.3)},
+                                         Case{"nearly_opaque", 8, 0, medium({1e3, 2e3, 3e3}, {1, 2, 50}, 1.5)},
+                                         Case{"thin", 8, 0, medium({1e-3, 2e-3, 1e-2}, {1e-5, 1e-4, 1e-3}, 1.3)},
+                                         Case{"absorbing", 8, 0, medium({0.1, 0.2, 1}, {2, 3, 9}, 1.3)},
+                                         Case{"index_matched", 8, 0, medium({1, 2, 3}, {0.1, 0.2, 0.1}, 1.0)},
+                                         Case{"rarer_inside", 8, 0, medium({1, 2, 3}, {0.1, 0.2, 0.1}, 0.8)},
+                                         Case{"exponential_clear", 8, 1, medium({1, 2, 3}, {0, 0, 0}, 1.3)}),
                          [](const auto& tested) {
                            return fmt::format("{}_{}_{}", tested.param.name, tested.param.lanes, tested.index);
                          });
@@ -208,6 +218,8 @@ struct MeanCase {
   Material material;
   std::uint32_t frames;
 };
+
+void PrintTo(const MeanCase& c, std::ostream* out) { *out << c.name; }
 
 class LayersMean : public testing::TestWithParam<MeanCase> {};
 
