@@ -9,38 +9,28 @@
 namespace parian {
 namespace {
 
-#define VIEW_FIELDS(F)                                                                                   \
-  F(View, origin)                                                                                        \
-  F(View, right)                                                                                         \
-  F(View, down)                                                                                          \
-  F(View, back) F(View, scale) F(View, centre_x) F(View, centre_y) F(View, near_distance) F(View, width) \
-      F(View, height)
-#define WINDOW_FIELDS(F) \
-  F(Window, x) F(Window, y) F(Window, width) F(Window, height) F(Window, sample_x) F(Window, sample_y)
-#define TRIANGLE_FIELDS(F)                                                                                      \
-  F(RasterTriangle, x0)                                                                                         \
-  F(RasterTriangle, y0)                                                                                         \
-  F(RasterTriangle, x1) F(RasterTriangle, y1) F(RasterTriangle, x2) F(RasterTriangle, y2) F(RasterTriangle, q0) \
-      F(RasterTriangle, q_x) F(RasterTriangle, q_y) F(RasterTriangle, q_min) F(RasterTriangle, q_max)           \
-          F(RasterTriangle, triangle)
-#define LIGHT_FIELDS(F) \
-  F(Light, view)        \
-  F(Light, irradiance) F(Light, sample_x) F(Light, sample_y) F(Light, samples) F(Light, map) F(Light, extent)
-#define DENSITY_FIELDS(F) \
-  F(Density, log_G_min)   \
-  F(Density, inverse_step) F(Density, entries) F(Density, h_min) F(Density, sigma) F(Density, radius)
-#define MEDIUM_OFFSETS(F)                                                                            \
-  F(Medium, sigma_t_prime)                                                                           \
-  F(Medium, sigma_tr)                                                                                \
-  F(Medium, d_e) F(Medium, z_v) F(Medium, a_back) F(Medium, fluence) F(Medium, C_E) F(Medium, scale) \
-      F(Boundary, eta_sq) F(Boundary, eta_sq_minus_1)
+// clang-format off
+#define VIEW_FIELDS(F) F(View, origin) F(View, right) F(View, down) F(View, back) F(View, scale) F(View, centre_x) \
+  F(View, centre_y) F(View, near_distance) F(View, width) F(View, height)
+#define WINDOW_FIELDS(F) F(Window, x) F(Window, y) F(Window, width) F(Window, height) F(Window, sample_x) \
+  F(Window, sample_y)
+#define TRIANGLE_FIELDS(F) F(RasterTriangle, x0) F(RasterTriangle, y0) F(RasterTriangle, x1) F(RasterTriangle, y1) \
+  F(RasterTriangle, x2) F(RasterTriangle, y2) F(RasterTriangle, q0) F(RasterTriangle, q_x) F(RasterTriangle, q_y) \
+  F(RasterTriangle, q_min) F(RasterTriangle, q_max) F(RasterTriangle, triangle)
+#define LIGHT_FIELDS(F) F(Light, view) F(Light, irradiance) F(Light, sample_x) F(Light, sample_y) F(Light, samples) \
+  F(Light, map) F(Light, extent)
+#define DENSITY_FIELDS(F) F(Density, log_G_min) F(Density, inverse_step) F(Density, entries) F(Density, h_min) \
+  F(Density, sigma) F(Density, radius)
+#define MEDIUM_OFFSETS(F) F(Medium, sigma_t_prime) F(Medium, sigma_tr) F(Medium, d_e) F(Medium, z_v) \
+  F(Medium, a_back) F(Medium, fluence) F(Medium, C_E) F(Medium, scale) F(Boundary, eta_sq) F(Boundary, eta_sq_minus_1)
 #define ALL_FIELDS(F) \
   VIEW_FIELDS(F) WINDOW_FIELDS(F) TRIANGLE_FIELDS(F) LIGHT_FIELDS(F) DENSITY_FIELDS(F) MEDIUM_OFFSETS(F)
 #define ALL_TYPES(T) T(View) T(Window) T(RasterTriangle) T(Light) T(Density) T(Medium) T(Boundary)
+// clang-format on
 
 #define TEXT_(...) #__VA_ARGS__
 #define TEXT(...) TEXT_(__VA_ARGS__)
-// OpenCL C has no offsetof: the distance of a member's address from its struct's. Brackets stand for '#' or calls.
+// OpenCL C has no offsetof: the distance of a member's address from its struct's.
 #define DEVICE_OFFSET(T, f)                            \
   {                                                    \
     T s;                                               \
