@@ -161,19 +161,18 @@ __kernel void gather_pixels(const View view, const Window window, __global const
   const Surface s = surface_at(view, p.x, p.y, ids[i], positions, triangles, normals);
   const float factor = scale * transmittance_to(view, s, boundary);
   const uint level_of[4] = {levels.x, levels.y, levels.z, levels.w};
+  float3 a0, b0;
+  const int seen = gather_level(layers, 0, s.x, s.n_g, values, &a0, &b0) >= MIN_WEIGHT;
+  if (!seen) direct[atomic_inc(n_direct)] = i;
   for (uint set = 0; set < sets; ++set) {
-    float3 a, b;
-    uint level = level_of[set];
-    float total = gather_level(layers, level, s.x, s.n_g, values, &a, &b);
-    while (total < MIN_WEIGHT && level > 0) total = gather_level(layers, --level, s.x, s.n_g, values, &a, &b);
+    float3 a = a0, b = b0;
     __global float4* pixel = film + 2 * (set * n_pixels + i);
     pixel[0].w += 1.0f;
-    if (total >= MIN_WEIGHT) {
-      pixel[0].xyz += factor * a;
-      pixel[1].xyz += factor * b;
-    } else if (set == 0) {
-      direct[atomic_inc(n_direct)] = i;
-    }
+    if (!seen) continue;
+    uint level = level_of[set];  // where a level sees too little, the next finer one stands in
+    while (level > 0 && gather_level(layers, level, s.x, s.n_g, values, &a, &b) < MIN_WEIGHT) --level;
+    pixel[0].xyz += factor * (level > 0 ? a : a0);
+    pixel[1].xyz += factor * (level > 0 ? b : b0);
   }
 }
 

@@ -8,7 +8,8 @@
 
 #define PI_F 3.14159265358979f
 #define MAX_LEVELS 16
-#define NO_SLOT 0xffffffffu  // of a texel without values
+#define POINT_BITS 0x40000000u  // with them an index kept as a float is a normal number, which no device flushes
+#define NO_SLOT 0xffffffffu     // of a texel without values
 
 // What every evaluation reads: lights with their maps, the medium, and the density of samples.
 typedef struct {
@@ -249,7 +250,7 @@ __kernel void layers_points(__constant View* views, const uint n_points, __globa
   const View view = views[layer];
   const float px = (float)(t % view.width) + 0.5f, py = (float)(t / view.width) + 0.5f;
   const Surface s = surface_at(view, px, py, ids[texel], positions, triangles, normals);
-  points[2 * i] = (float4)(s.x, as_float(texel));
+  points[2 * i] = (float4)(s.x, as_float(texel | POINT_BITS));
   points[2 * i + 1] = (float4)(s.n_s, 0.0f);
   for (uint l = 0; l < LIGHTS; ++l)
     centres[LIGHTS * i + l] = sampling_centre(s.x, lights + l, density, rho, extent, level_first, levels);
@@ -268,8 +269,8 @@ __kernel void layers_accumulate(const uint n_points, __global const float4* rest
   const float4 x = points[2 * point];
   float4 centre[LIGHTS];
   for (uint l = 0; l < LIGHTS; ++l) centre[l] = centres[LIGHTS * point + l];
-  const float3 radiance =
-      scattered_radiance(transport, x.xyz, points[2 * point + 1].xyz, as_uint(x.w), half_index, frame, 1, centre);
+  const float3 radiance = scattered_radiance(transport, x.xyz, points[2 * point + 1].xyz, as_uint(x.w) & ~POINT_BITS,
+                                             half_index, frame, 1, centre);
   const uint slot = 2 * point + half_index;
   const float4 before = frame == 0 ? (float4)(0.0f) : values[slot];
   values[slot] = before + (float4)(radiance, 0.0f);

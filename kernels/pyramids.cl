@@ -31,6 +31,7 @@ __kernel void pyramids_level(__constant View* views, const uint layers, const ui
   }
   const uint parent = level_first[level] + i;
   slots[parent] = NO_SLOT;
+  geometry[parent] = (float4)(0.0f);
   if (children == 0) return;
 
   // The parent takes after the child that agrees best with all: same facing, same plane.

@@ -44,8 +44,8 @@ DensityTable density_table(const std::vector<kernels::Medium>& media, double dis
   const double a = std::log(h_min * 0.999), b = std::log(rho_max), step = (b - a) / grid_steps;
 
   std::vector<double> log_G(grid_steps + 1);  // of exp(a + i step)
-  double tail = -INFINITY;                    // beyond rho_max, out to where the integrand has fallen away
-  const double far_end = b + 1.0;
+  double tail = -INFINITY;                    // a little beyond rho_max, so that G is above 0 there
+  const double far_end = b + 0.01;
   for (int i = 512; i-- > 0;) {
     const double s0 = b + (far_end - b) * i / 512.0, s1 = b + (far_end - b) * (i + 1) / 512.0;
     tail = log_add(log_step(s0, s1, sigma), tail);

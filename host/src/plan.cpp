@@ -122,16 +122,23 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
   const std::uint64_t map = std::uint64_t{settings.light_map_size} * settings.light_map_size;
   const std::uint64_t pixels =
       std::uint64_t{std::min(scene.film.x, window_limit)} * std::min(scene.film.y, window_limit);
-  const std::uint64_t all_levels = plan.pyramids ? texels + texels / 3 + 4 * settings.layers * 16 : texels;
+  std::uint64_t all_levels = texels;
+  for (std::uint64_t side = settings.layer_size; plan.pyramids && side > 1;) {
+    side = (side + 1) / 2;
+    all_levels += side * side * settings.layers;
+  }
   const std::uint64_t records = triangles * plan.slots * sizeof(kernels::RasterTriangle);
   const std::uint64_t maps = plan.lights.size() * 2 * map * 16;
   const std::uint64_t values = all_levels * 32, film = pixels * 32 * 3;
   plan.largest = std::max({records, maps, values, film, texels * 32});
   plan.bytes = scene.mesh.positions.size() * 16 + triangles * (12 + 36) + records + triangles * plan.slots * 4 + maps +
-               plan.lights.size() * map * 11 + texels * 4 + all_levels * 20 + values +
-               texels * (32 + 16 * plan.lights.size()) + film + pixels * 12;
+               plan.lights.size() * map * 11 + map * 8 + texels * 12 + all_levels * 20 + values +
+               texels * (32 + 16 * plan.lights.size()) + film + pixels * 12 + (std::uint64_t{2} << 20);
   const auto mib = [](std::uint64_t b) { return static_cast<double>(b) / 1048576.0; };
-  if (plan.bytes > device.global_memory / 10 * 9 || plan.largest > device.max_allocation)
+  constexpr std::uint64_t index_limit = std::uint64_t{1} << 30;  // texels and triangles are numbered in 32 bits
+  if (all_levels > index_limit || plan.lights.size() * 2 * map > index_limit ||
+      triangles * plan.slots > index_limit / 4 || plan.bytes > device.global_memory / 10 * 9 ||
+      plan.largest > device.max_allocation)
     throw Error(
         ErrorKind::device,
         fmt::format("{}: the scene needs up to {:.0f} MiB, {:.0f} MiB in one buffer, but the device has {:.0f} MiB and "
