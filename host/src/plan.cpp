@@ -187,7 +187,7 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
     plan.left_out.push_back({"clipping", "the object lies inside every camera's near plane and guard band", "bytes",
                              static_cast<double>(scene.mesh.triangles.size() * 5 * sizeof(kernels::RasterTriangle)),
                              false});
-  plan.pyramids = settings.pyramids && settings.layer_size > 1;
+  plan.pyramids = settings.pyramids && settings.layer_size > 1 && settings.gather != Gather::camera;
 
   std::uint32_t lanes = device.vector_width;
   if (lanes > 1) {  // no wider than the samples that one light gets in a frame

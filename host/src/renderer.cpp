@@ -52,14 +52,16 @@ struct Renderer::State {
   std::uint32_t level = 0;  // of the pyramids, as shown by the last estimate
   bool first_estimate = true;
 
-  std::uint32_t redraws = 0;  // of the light maps, after the first
-  std::uint32_t unbuilt = 0;  // pyramid levels that nothing read
+  double direct_evaluations = 0.0;  // at pixels that no layer sees
+  std::uint32_t redraws = 0;        // of the light maps, after the first
+  std::uint32_t unbuilt = 0;        // pyramid levels that nothing read
 
   void prepare();
   void plan_layers();
   void allocate_film();
   void leave_out(const std::string& what, const std::string& why, const std::string& unit, double count);
   [[nodiscard]] std::uint32_t samples_per_frame() const;
+  [[nodiscard]] std::uint32_t positions_of_estimate(std::size_t camera) const;
   std::vector<Halves> gather_halves(std::size_t camera, const std::vector<cl_uint>& levels, std::uint32_t positions);
 };
 
@@ -106,7 +108,21 @@ std::uint32_t Renderer::State::samples_per_frame() const {
   return samples;
 }
 
+/// One subpixel position tells a pixel's error where texels are larger than pixels; elsewhere about one per texel does.
+std::uint32_t Renderer::State::positions_of_estimate(std::size_t camera) const {
+  if (passes.layers.views.empty()) return 1;
+  const kernels::View& v = cameras[camera];
+  const double pixels_per_unit = v.scale / std::hypot(v.origin.x, v.origin.y, v.origin.z);
+  const double texels = passes.layers.views.front().scale / std::max(pixels_per_unit, 1e-6);
+  return static_cast<std::uint32_t>(std::clamp(std::ceil(texels * texels), 1.0, 16.0));
+}
+
 void Renderer::State::plan_layers() {
+  if (settings.gather == Gather::camera) {  // every pixel is a point of its own: nothing to place, nothing to read
+    make_layers(passes, {}, settings.layer_size, false);
+    set_needed(passes, {});
+    return;
+  }
   SurfaceSight sight;
   std::vector<kernels::View> views =
       place_layers(passes, points, scene.mesh.triangles, settings.layers, settings.layer_size, sight);
@@ -249,7 +265,7 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
         w.sample_x = s.x;
         w.sample_y = s.y;
         gather(passes, view, w, levels, 1.0F / static_cast<float>(frame), i * rounds, rounds);
-        if (positions > 1) direct += compute.read<cl_uint>(passes.film.n_direct, 1)[0];
+        direct += compute.read<cl_uint>(passes.film.n_direct, 1)[0];
       }
       compute.finish();
     }
@@ -266,7 +282,8 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
         halves[set].alpha[at] = a.w * weight;
       }
   }
-  if (positions > 1) statistics.fallback_pixels = (direct + positions - 1) / positions;
+  direct_evaluations += static_cast<double>(direct) * rounds * samples_per_frame() * plan.channels();
+  statistics.fallback_pixels = (direct + positions - 1) / positions;  // of the last gather, which is the image's
   for (Halves& h : halves) {
     h.a0 = halves.back().a;
     h.b0 = halves.back().b;
@@ -293,7 +310,7 @@ double Renderer::estimate() {
       levels.push_back(0);
       std::vector<double> worst(levels.size(), 0.0);
       for (std::size_t camera = 0; camera < s.cameras.size(); ++camera) {
-        const std::vector<Halves> halves = s.gather_halves(camera, levels, 1);
+        const std::vector<Halves> halves = s.gather_halves(camera, levels, s.positions_of_estimate(camera));
         for (std::size_t i = 0; i < halves.size(); ++i) worst[i] = std::max(worst[i], estimated_relmse(halves[i]));
       }
       for (std::size_t i = 0; i < levels.size(); ++i)
@@ -339,7 +356,7 @@ const Statistics& Renderer::statistics() const {
   Statistics& t = s.statistics;
   t.frames = s.frame;
   const double per_texel = static_cast<double>(s.samples_per_frame()) * s.frame;
-  t.evaluations = static_cast<double>(t.layers_texels_evaluated) * per_texel * s.plan.channels();
+  t.evaluations = static_cast<double>(t.layers_texels_evaluated) * per_texel * s.plan.channels() + s.direct_evaluations;
   t.left_out = s.plan.left_out;
   for (Omission& o : t.left_out) {
     if (o.what == "equal-channels" || o.what == "black-channels")
