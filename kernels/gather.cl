@@ -1,7 +1,8 @@
 // Pass 4: the camera's view looks each of its points up in all layers that see it, as in shadow mapping.
 
-#define MIN_WEIGHT 1e-3f        // below it no layer is taken to see a point
-#define MIN_LAYER_COSINE 0.05f  // layers that see a surface more edge-on are not asked
+#define MIN_WEIGHT 1e-3f  // below it no layer is taken to see a point
+#define EDGE_ON 0.0025f   // squared cosine: layers that see a surface more edge-on are never asked
+#define OBLIQUE 0.2f      // squared cosine: such layers are asked only where no other sees the point
 
 // The layers as pass 4 reads them.
 typedef struct {
@@ -25,13 +26,13 @@ static Layers make_layers(__constant View* views, __constant uint* level_first, 
   return l;
 }
 
-// How much each of four texels around a point counts: bilinear weight x cos^2 to the layer where the texel and the
-// point lie in each other's planes (within half a texel) and face alike; 0 elsewhere. All in the layer's frame, four
-// texels side by side; `texels` is valid where the weight isn't 0.
-static float4 texel_weights(Layers layers, uint layer, uint level, float3 x, float3 n, uint4* texels) {
+// How much each of four texels around a point counts: bilinear weight x (cos^2 to the layer - `least`) where the texel
+// and the point lie in each other's planes (within half a texel) and face alike; 0 elsewhere. All in the layer's frame,
+// four texels side by side; `texels` is valid where the weight isn't 0.
+static float4 texel_weights(Layers layers, uint layer, uint level, float3 x, float3 n, float least, uint4* texels) {
   __constant View* view = layers.views + layer;
   const float cosine = dot(n, view->back.xyz);
-  if (cosine < MIN_LAYER_COSINE) return (float4)(0.0f);
+  if (cosine <= 0.0f || cosine * cosine <= least) return (float4)(0.0f);
   const float side = (float)(1u << level), size = side / view->scale, tolerance = 0.5f * size;
   const float3 d = x - view->origin.xyz;
   const float u = (dot(d, view->right.xyz) * view->scale + view->centre_x) / side - 0.5f;
@@ -54,7 +55,7 @@ static float4 texel_weights(Layers layers, uint layer, uint level, float3 x, flo
   const float4 from_texel = away_x * t_x + away_y * t_y + away_z * t_z;
   const int4 accepted = on_film & (fabs(from_point) <= tolerance) & (fabs(from_texel) <= tolerance) &
                         (t_x * n_x + t_y * n_y + t_z * cosine > 0.5f);
-  return select((float4)(0.0f), (1.0f - fabs(off_x)) * (1.0f - fabs(off_y)) * (cosine * cosine), accepted);
+  return select((float4)(0.0f), (1.0f - fabs(off_x)) * (1.0f - fabs(off_y)) * (cosine * cosine - least), accepted);
 }
 
 // Adds a texel's halves; returns the weight that it takes: none where it has no values.
@@ -69,18 +70,21 @@ static float add_texel(Layers layers, uint texel, float weight, __global const f
 // Values of halves A and B at a point from one level of all layers; returns the total weight.
 static float gather_level(Layers layers, uint level, float3 x, float3 n, __global const float4* values, float3* a,
                           float3* b) {
-  float3 sum_a = (float3)(0.0f), sum_b = (float3)(0.0f);
   float total = 0.0f;
-  for (uint layer = 0; layer < layers.count; ++layer) {
-    uint4 texels;
-    const float4 w = texel_weights(layers, layer, level, x, n, &texels);
-    if (w.x > 0.0f) total += add_texel(layers, texels.x, w.x, values, &sum_a, &sum_b);
-    if (w.y > 0.0f) total += add_texel(layers, texels.y, w.y, values, &sum_a, &sum_b);
-    if (w.z > 0.0f) total += add_texel(layers, texels.z, w.z, values, &sum_a, &sum_b);
-    if (w.w > 0.0f) total += add_texel(layers, texels.w, w.w, values, &sum_a, &sum_b);
+  for (int oblique = 0; oblique < 2 && total < MIN_WEIGHT; ++oblique) {
+    float3 sum_a = (float3)(0.0f), sum_b = (float3)(0.0f);
+    total = 0.0f;
+    for (uint layer = 0; layer < layers.count; ++layer) {
+      uint4 texels;
+      const float4 w = texel_weights(layers, layer, level, x, n, oblique ? EDGE_ON : OBLIQUE, &texels);
+      if (w.x > 0.0f) total += add_texel(layers, texels.x, w.x, values, &sum_a, &sum_b);
+      if (w.y > 0.0f) total += add_texel(layers, texels.y, w.y, values, &sum_a, &sum_b);
+      if (w.z > 0.0f) total += add_texel(layers, texels.z, w.z, values, &sum_a, &sum_b);
+      if (w.w > 0.0f) total += add_texel(layers, texels.w, w.w, values, &sum_a, &sum_b);
+    }
+    *a = sum_a / fmax(total, FLT_MIN);
+    *b = sum_b / fmax(total, FLT_MIN);
   }
-  *a = sum_a / fmax(total, FLT_MIN);
-  *b = sum_b / fmax(total, FLT_MIN);
   return total;
 }
 
@@ -108,14 +112,17 @@ __kernel void gather_mark(const View view, const Window window, __global const u
   const Layers layers = make_layers(layer_views, level_first, geometry, slots, layers_count, layers_size);
   const float3 p = pixel_sample(window, i);
   const Surface s = surface_at(view, p.x, p.y, ids[i], positions, triangles, normals);
-  for (uint layer = 0; layer < layers_count; ++layer) {
-    uint4 t;
-    const float4 w = texel_weights(layers, layer, 0, s.x, s.n_g, &t);
-    if (w.x > 0.0f) marks[t.x] = 1;
-    if (w.y > 0.0f) marks[t.y] = 1;
-    if (w.z > 0.0f) marks[t.z] = 1;
-    if (w.w > 0.0f) marks[t.w] = 1;
-  }
+  float total = 0.0f;
+  for (int oblique = 0; oblique < 2 && total < MIN_WEIGHT; ++oblique)
+    for (uint layer = 0; layer < layers_count; ++layer) {
+      uint4 t;
+      const float4 w = texel_weights(layers, layer, 0, s.x, s.n_g, oblique ? EDGE_ON : OBLIQUE, &t);
+      if (w.x > 0.0f) marks[t.x] = 1;
+      if (w.y > 0.0f) marks[t.y] = 1;
+      if (w.z > 0.0f) marks[t.z] = 1;
+      if (w.w > 0.0f) marks[t.w] = 1;
+      total += w.x + w.y + w.z + w.w;
+    }
 }
 
 // For statistics: the layers' total weight at points of the surface.
@@ -131,7 +138,7 @@ __kernel void gather_weight(const uint n_points, __global const float4* restrict
     for (int side = 0; side < 2; ++side) {
       uint4 t;
       const float3 n = side ? -points[2 * i + 1].xyz : points[2 * i + 1].xyz;
-      const float4 w = texel_weights(layers, layer, 0, points[2 * i].xyz, n, &t);
+      const float4 w = texel_weights(layers, layer, 0, points[2 * i].xyz, n, EDGE_ON, &t);
       total += w.x + w.y + w.z + w.w;
     }
   weights[i] = total;
