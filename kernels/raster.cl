@@ -89,7 +89,7 @@ __kernel void raster_setup(const View view, __global const float4* restrict posi
     for (uint v = 0; v < n; ++v) {
       const float3 p = polygon[v], q = polygon[v + 1 < n ? v + 1 : 0];
       const float dp = plane_distance(view, k, p), dq = plane_distance(view, k, q);
-      if (dp >= 0.0f) clipped[m++] = p;
+      if (dp >= 0.0f && m < 8) clipped[m++] = p;
       if ((dp >= 0.0f) != (dq >= 0.0f) && m < 8) clipped[m++] = clip_edge(p, dp, q, dq);
     }
     n = m;

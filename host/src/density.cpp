@@ -70,7 +70,8 @@ DensityTable density_table(const std::vector<kernels::Medium>& media, double dis
   p.inverse_step = static_cast<float>(1.0 / spacing);
   p.entries = entries;
   p.h_min = static_cast<float>(h_min);
-  p.sigma = static_cast<float>(std::max(sigma, 1e-3));
+  // Below 0.1 the radii are flat over the object anyway, and float32 loses them in 1 - exp(-sigma r).
+  p.sigma = static_cast<float>(std::max(sigma, 0.1));
   p.radius = static_cast<float>(disc_radius > 0.0 ? disc_radius : std::min(2.0, 8.0 / std::max(sigma, 1e-9)));
   return table;
 }

@@ -147,6 +147,14 @@ void make_layers(Passes& p, const std::vector<kernels::View>& views, std::uint32
   p.compute.release(ids);
 }
 
+void release_layers(Passes& p) {
+  Layers& k = p.layers;
+  p.compute.finish();
+  for (cl::Buffer* b : {&k.views_buffer, &k.level_first_buffer, &k.depth, &k.ids, &k.geometry, &k.slots})
+    p.compute.release(*b);
+  k = {};
+}
+
 void mark_needed(Passes& p, const kernels::View& view, const kernels::Window& window, const cl::Buffer& marks) {
   const Geometry& g = p.geometry;
   const Layers& k = p.layers;

@@ -30,7 +30,6 @@ struct Layers {
   cl::Buffer views_buffer, level_first_buffer, depth, ids, geometry, slots;
   std::vector<std::uint32_t> level_first;
   cl_uint size = 0, levels = 1;
-  std::uint64_t covered_texels = 0;
   // Once the needed texels are known:
   cl::Buffer points, centres, values;
   cl_uint n_points = 0;
@@ -70,6 +69,7 @@ void draw_light_maps(Passes& p, std::uint32_t epoch, bool shift);
 
 /// Pass 2, geometry: rasterises the layers. All covered texels count as needed until set_needed says which are.
 void make_layers(Passes& p, const std::vector<kernels::View>& views, std::uint32_t size, bool pyramids);
+void release_layers(Passes& p);
 /// Marks the texels that a view reads, in `marks` (one uint per level-0 texel).
 void mark_needed(Passes& p, const kernels::View& view, const kernels::Window& window, const cl::Buffer& marks);
 void set_needed(Passes& p, const std::vector<cl_uint>& needed);

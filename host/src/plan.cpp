@@ -13,6 +13,9 @@
 namespace parian {
 namespace {
 
+constexpr std::array omissions{"equal-channels", "black-channels", "dark-lights",       "clipping",
+                               "unread-texels",  "idle-layers",    "light-map-redraws", "pyramids"};
+
 /// Distinct scattering channels in an order that doesn't depend on which colour has them.
 void plan_media(Plan& plan, const Scene& scene, const Settings& settings) {
   const Material& m = scene.material;
@@ -153,6 +156,11 @@ std::vector<std::uint32_t> mip_offsets(std::uint32_t size, std::uint32_t count) 
 }
 
 Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& device) {
+  for (const std::string& name : settings.keep)
+    if (name != "all" && std::find(omissions.begin(), omissions.end(), name) == omissions.end())
+      throw Error(ErrorKind::usage,
+                  fmt::format("--keep {}: nothing of that name is ever left out; choose all or one of {}", name,
+                              fmt::join(omissions, ", ")));
   if (scene.mesh.triangles.empty()) throw Error(ErrorKind::input, "the mesh has no triangle with area; check the file");
   Plan plan;
   plan.space = object_space(scene.mesh.positions);

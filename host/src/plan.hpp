@@ -27,12 +27,15 @@ struct Plan {
   std::vector<PlannedLight> lights;
   bool clipping = false;
   bool pyramids = true;
-  std::uint32_t slots = 1;    ///< set-up records per triangle
-  std::string options;        ///< of the OpenCL compiler
-  std::uint64_t bytes = 0;    ///< upper bound of device memory
-  std::uint64_t largest = 0;  ///< largest buffer, bytes
-  std::vector<Omission> left_out;
+  std::uint32_t slots = 1;         ///< set-up records per triangle
+  std::string options;             ///< of the OpenCL compiler
+  std::uint64_t bytes = 0;         ///< upper bound of device memory
+  std::uint64_t largest = 0;       ///< largest buffer, bytes
+  std::vector<Omission> left_out;  ///< evaluations are counted per frame
   std::vector<std::string> warnings;
+
+  /// Channels that S_d is evaluated for.
+  [[nodiscard]] std::uint32_t channels() const { return static_cast<std::uint32_t>(media.size()); }
 };
 
 /// Plans a scene for a device. Throws Error(input) when there is nothing to render and Error(device) when the device's

@@ -10,19 +10,16 @@
 
 #include "estimate.hpp"
 #include "passes.hpp"
+#include "visibility.hpp"
 
 namespace parian {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::uint32_t subpixel_positions = 64;    // of an image that is written
-constexpr std::uint32_t redraw_samples = 64;        // per texel and half between two shifts of the light map
-constexpr std::uint32_t candidate_directions = 64;  // for the layers, beside the evenly spread ones
-constexpr std::uint32_t candidate_size = 256;       // of their films
-constexpr std::size_t surface_samples = 16384;      // points on which the choice rests
-constexpr std::uint32_t mark_positions = 8;         // subpixel positions whose texels are needed
-constexpr std::uint32_t coarsest_level = 6;         // more blur than 64 texels shows nothing
+constexpr std::uint32_t subpixel_positions = 64;  // of an image that is written
+constexpr std::uint32_t redraw_samples = 64;      // per texel and half between two shifts of the light map
+constexpr std::uint32_t coarsest_level = 6;       // more blur than 64 texels shows nothing
 
 /// Adds the wall time of its own life to a counter.
 class Timer {
@@ -36,22 +33,6 @@ class Timer {
   double& seconds_;
   Clock::time_point start_;
 };
-
-/// Tiles of a film, each small enough to be gathered at once.
-std::vector<kernels::Window> tiles(glm::uvec2 film) {
-  std::vector<kernels::Window> all;
-  for (std::uint32_t y = 0; y < film.y; y += window_limit)
-    for (std::uint32_t x = 0; x < film.x; x += window_limit) {
-      kernels::Window w{};
-      w.x = x;
-      w.y = y;
-      w.width = std::min(window_limit, film.x - x);
-      w.height = std::min(window_limit, film.y - y);
-      w.sample_x = w.sample_y = 128;
-      all.push_back(w);
-    }
-  return all;
-}
 
 }  // namespace
 
@@ -71,14 +52,15 @@ struct Renderer::State {
   std::uint32_t level = 0;  // of the pyramids, as shown by the last estimate
   bool first_estimate = true;
 
+  std::uint32_t redraws = 0;  // of the light maps, after the first
+  std::uint32_t unbuilt = 0;  // pyramid levels that nothing read
+
   void prepare();
-  std::vector<kernels::View> choose_layers();
-  void measure_coverage();
-  void find_needed();
+  void plan_layers();
   void allocate_film();
+  void leave_out(const std::string& what, const std::string& why, const std::string& unit, double count);
+  [[nodiscard]] std::uint32_t samples_per_frame() const;
   std::vector<Halves> gather_halves(std::size_t camera, const std::vector<cl_uint>& levels, std::uint32_t positions);
-  std::vector<kernels::float4> sample_points;
-  std::vector<bool> outside;
 };
 
 void Renderer::State::prepare() {
@@ -95,11 +77,9 @@ void Renderer::State::prepare() {
     passes.media = compute.upload(plan.media);
     passes.rho = compute.upload(plan.density.rho);
     allocate_film();
-    make_layers(passes, choose_layers(), settings.layer_size, plan.pyramids);
-    measure_coverage();
     make_light_maps(passes, points, settings.light_map_size);
     draw_light_maps(passes, 0, settings.light_map_shift);
-    find_needed();
+    plan_layers();
     compute.finish();
   });
   statistics.warnings = plan.warnings;
@@ -108,100 +88,60 @@ void Renderer::State::prepare() {
 void Renderer::State::allocate_film() {
   Film& f = passes.film;
   const std::size_t pixels = std::size_t{std::min(scene.film.x, window_limit)} * std::min(scene.film.y, window_limit);
-  f.depth = compute.buffer<cl_uint>(std::max<std::size_t>(pixels, candidate_size * candidate_size));
+  f.depth = compute.buffer<cl_uint>(pixels);
   f.ids = compute.buffer<cl_uint>(pixels);
   f.direct = compute.buffer<cl_uint>(pixels);
   f.n_direct = compute.buffer<cl_uint>(1);
   f.sums = compute.buffer<kernels::float4>(pixels * 2 * (plan.pyramids ? 3 : 1));
 }
 
-std::vector<kernels::View> Renderer::State::choose_layers() {
-  const SurfacePoints surface = surface_points(points, scene.mesh.triangles, surface_samples);
-  for (std::size_t i = 0; i < surface.x.size(); ++i) {
-    const glm::vec3 x(surface.x[i]), n(surface.n[i]);
-    sample_points.push_back({x.x, x.y, x.z, 0.0F});
-    sample_points.push_back({n.x, n.y, n.z, 0.0F});
-  }
-  const cl::Buffer samples = compute.upload(sample_points);
-  const cl::Buffer quality = compute.buffer<float>(surface_samples);
-  std::vector<glm::dvec3> directions = even_directions(settings.layers);
-  for (const glm::dvec3& d : even_directions(candidate_directions)) directions.push_back(d);
-  std::vector<std::vector<float>> seen;
-  for (const glm::dvec3& d : directions) {
-    const kernels::View view = orthographic_view(points, d, candidate_size);
-    kernels::Window window{};
-    window.width = window.height = candidate_size;
-    window.sample_x = window.sample_y = 128;
-    setup_view(passes, view, Stage::plan);
-    draw(passes, window, passes.film.depth, nullptr, Stage::plan);
-    compute.launch("layers_visibility", surface_samples, Stage::plan, view, passes.film.depth,
-                   static_cast<cl_uint>(surface_samples), samples, quality);
-    seen.push_back(compute.read<float>(quality, surface_samples));
-  }
-  outside.assign(surface_samples, false);
-  for (const auto& candidate : seen)
-    for (std::size_t i = 0; i < surface_samples; ++i) outside[i] = outside[i] || candidate[i] > 0.1F;
-
-  // Never worse than evenly spread directions: those stand if they see more.
-  const auto covered = [&](const std::vector<std::size_t>& chosen) {
-    std::size_t n = 0;
-    for (std::size_t i = 0; i < surface_samples; ++i)
-      n += std::any_of(chosen.begin(), chosen.end(), [&](std::size_t c) { return seen[c][i] > 0.1F; });
-    return n;
-  };
-  std::vector<std::size_t> even(settings.layers);
-  for (std::size_t i = 0; i < even.size(); ++i) even[i] = i;
-  const std::vector<std::size_t> greedy = choose_directions(seen, settings.layers);
-  const std::vector<std::size_t>& chosen = covered(greedy) >= covered(even) ? greedy : even;
-  std::vector<kernels::View> views;
-  for (const std::size_t c : chosen) views.push_back(orthographic_view(points, directions[c], settings.layer_size));
-  return views;
+void Renderer::State::leave_out(const std::string& what, const std::string& why, const std::string& unit,
+                                double count) {
+  if (count > 0.0) plan.left_out.push_back({what, why, unit, count, false});
 }
 
-void Renderer::State::measure_coverage() {
-  const Layers& k = passes.layers;
-  const cl::Buffer samples = compute.upload(sample_points);
-  const cl::Buffer weights = compute.buffer<float>(surface_samples);
-  compute.launch("gather_weight", surface_samples, Stage::plan, static_cast<cl_uint>(surface_samples), samples,
-                 k.views_buffer, k.level_first_buffer, k.geometry, k.slots, k.count(), k.size, weights);
-  const std::vector<float> weight = compute.read<float>(weights, surface_samples);
-  std::size_t visible = 0, covered = 0;
-  for (std::size_t i = 0; i < surface_samples; ++i) {
-    visible += outside[i];
-    covered += outside[i] && weight[i] >= 1e-3F;
-  }
-  statistics.layers_covered = visible ? static_cast<double>(covered) / static_cast<double>(visible) : 0.0;
+std::uint32_t Renderer::State::samples_per_frame() const {
+  std::uint32_t samples = 0;
+  for (const PlannedLight& light : plan.lights) samples += 2 * light.samples;
+  return samples;
 }
 
-void Renderer::State::find_needed() {
-  Layers& k = passes.layers;
-  const std::size_t texels = k.level_first[1];
-  std::vector<cl_uint> marks = compute.read<cl_uint>(k.slots, texels);
-  std::vector<cl_uint> needed;
-  for (std::size_t t = 0; t < texels; ++t) k.covered_texels += marks[t] != 0xffffffffU;
-  const bool all = kept(settings, "unread-texels");
-  if (!all) {
-    cl::Buffer buffer = compute.buffer<cl_uint>(texels);
-    compute.fill(buffer, 0, texels);
-    for (const kernels::View& view : cameras) {
-      setup_view(passes, view, Stage::plan);
-      for (kernels::Window w : tiles(scene.film))
-        for (std::uint32_t i = 0; i < mark_positions; ++i) {
-          const glm::ivec2 s = subpixel_position(i, 0);
-          w.sample_x = s.x;
-          w.sample_y = s.y;
-          mark_needed(passes, view, w, buffer);
-        }
-    }
-    marks = compute.read<cl_uint>(buffer, texels);
-    compute.release(buffer);
+void Renderer::State::plan_layers() {
+  SurfaceSight sight;
+  std::vector<kernels::View> views =
+      place_layers(passes, points, scene.mesh.triangles, settings.layers, settings.layer_size, sight);
+  make_layers(passes, views, settings.layer_size, plan.pyramids);
+  statistics.layers_covered = layer_coverage(passes, sight);
+  std::vector<cl_uint> needed = covered_texels(passes);
+  const std::size_t covered = needed.size();
+  if (!kept(settings, "unread-texels")) needed = read_texels(passes, cameras, scene.film);
+
+  // Layers of which nothing is read cost memory and look-ups: the others are drawn again without them.
+  const cl_uint per_layer = settings.layer_size * settings.layer_size;
+  std::vector<cl_uint> new_index(views.size(), 0);
+  for (const cl_uint t : needed) new_index[t / per_layer] = 1;
+  const auto idle = static_cast<std::size_t>(std::count(new_index.begin(), new_index.end(), 0U));
+  if (idle > 0 && idle < views.size() && !kept(settings, "idle-layers")) {
+    std::vector<kernels::View> busy;
+    for (std::size_t k = 0; k < views.size(); ++k)
+      if (new_index[k]) {
+        new_index[k] = static_cast<cl_uint>(busy.size());
+        busy.push_back(views[k]);
+      }
+    for (cl_uint& t : needed) t = new_index[t / per_layer] * per_layer + t % per_layer;
+    const std::size_t before = passes.layers.level_first.back();
+    release_layers(passes);
+    make_layers(passes, busy, settings.layer_size, plan.pyramids);
+    leave_out("idle-layers", fmt::format("{} of {} layers see nothing that a camera reads", idle, views.size()),
+              "bytes", static_cast<double>((before - passes.layers.level_first.back()) * 20));
   }
-  for (std::size_t t = 0; t < texels; ++t)
-    if (all ? marks[t] != 0xffffffffU : marks[t] != 0) needed.push_back(static_cast<cl_uint>(t));
   set_needed(passes, needed);
-  statistics.layers_count = k.count();
-  statistics.layers_size = k.size;
-  statistics.layers_texels = k.covered_texels;
+  leave_out("unread-texels",
+            fmt::format("{} of {} covered texels are read by no camera", covered - needed.size(), covered),
+            "evaluations", static_cast<double>(covered - needed.size()) * samples_per_frame() * plan.channels());
+  statistics.layers_count = passes.layers.count();
+  statistics.layers_size = settings.layer_size;
+  statistics.layers_texels = covered;
   statistics.layers_texels_evaluated = needed.size();
 }
 
@@ -212,7 +152,40 @@ Renderer::Renderer(const Scene& scene, const Settings& settings, const std::stri
 
 Renderer::~Renderer() = default;
 
-std::vector<std::string> Renderer::explanation() const { return {}; }
+std::vector<std::string> Renderer::explanation() const {
+  const State& s = *state_;
+  const Statistics& t = statistics();
+  std::vector<std::string> lines;
+  lines.push_back(fmt::format("device    {} ({}), {} lanes", s.compute.info().name, s.compute.info().platform,
+                              s.compute.info().vector_width));
+  lines.push_back(fmt::format("mesh      {} triangles", s.scene.mesh.triangles.size()));
+  lines.push_back(fmt::format("material  {}: {} distinct scattering channel{}", s.scene.material.name,
+                              s.plan.channels(), s.plan.channels() == 1 ? "" : "s"));
+  lines.push_back(
+      fmt::format("pass 1    {} light{}, two maps of {} x {} each, {}", s.plan.lights.size(),
+                  s.plan.lights.size() == 1 ? "" : "s", s.settings.light_map_size, s.settings.light_map_size,
+                  s.settings.light_map_shift ? fmt::format("redrawn every {} samples", redraw_samples) : "drawn once"));
+  lines.push_back(
+      fmt::format("pass 2    {} layers of {} x {}, {} texels read of {} covered, {} samples each a frame; "
+                  "{:.2f} % of the visible surface covered",
+                  t.layers_count, t.layers_size, t.layers_size, t.layers_texels_evaluated, t.layers_texels,
+                  s.samples_per_frame(), 100.0 * t.layers_covered));
+  lines.push_back(s.plan.pyramids ? fmt::format("pass 3    {} levels", s.passes.layers.levels - 1) : "pass 3    none");
+  lines.push_back(fmt::format("pass 4    {} view{} of {} x {}, {} subpixel positions", s.cameras.size(),
+                              s.cameras.size() == 1 ? "" : "s", s.scene.film.x, s.scene.film.y, subpixel_positions));
+  lines.push_back(fmt::format("memory    {:.0f} MiB so far, {:.0f} MiB at most",
+                              static_cast<double>(t.bytes_peak) / 1048576.0,
+                              static_cast<double>(s.plan.bytes) / 1048576.0));
+  lines.push_back("options   " + s.plan.options);
+  for (const Omission& o : s.plan.left_out)
+    lines.push_back(fmt::format("left out  {}: {}; saves {:.0f} {}{}", o.what, o.why, o.count, o.unit,
+                                o.unit == "evaluations" ? " a frame" : ""));
+  for (const auto& [what, why] : {std::pair("light-map-redraws", "maps are redrawn only when a shift is due"),
+                                  std::pair("pyramids", "levels are built only while the image reads them")})
+    if (!kept(s.settings, what))
+      lines.push_back(fmt::format("left out  {}: {}; saving counted while rendering", what, why));
+  return lines;
+}
 
 void Renderer::frame() {
   State& s = *state_;
@@ -220,10 +193,11 @@ void Renderer::frame() {
     std::uint32_t most = 0;
     for (const auto& light : s.plan.lights) most = std::max(most, light.samples);
     const std::uint32_t epoch = s.settings.light_map_shift ? s.frame * most / redraw_samples : 0;
-    if (epoch != s.epoch) {
+    if (epoch != s.epoch || (s.frame > 0 && kept(s.settings, "light-map-redraws"))) {
       Timer timer(s.statistics.seconds.light_map);
       s.epoch = epoch;
-      draw_light_maps(s.passes, epoch, true);
+      ++s.redraws;
+      draw_light_maps(s.passes, epoch, s.settings.light_map_shift);
       s.compute.finish();
     }
     Timer timer(s.statistics.seconds.layers);
@@ -244,16 +218,19 @@ bool Renderer::checkpoint() const {
 std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std::vector<cl_uint>& levels,
                                                    std::uint32_t positions) {
   const kernels::View& view = cameras[camera];
-  const std::size_t all = std::size_t{scene.film.x} * scene.film.y;
+  const std::size_t film = std::size_t{scene.film.x} * scene.film.y;
   std::vector<Halves> halves(levels.size());
   for (Halves& h : halves) {
-    h.a.resize(all);
-    h.b.resize(all);
-    h.alpha.resize(all);
+    h.a.resize(film);
+    h.b.resize(film);
+    h.alpha.resize(film);
   }
-  if (*std::max_element(levels.begin(), levels.end()) > 0) {
+  if (plan.pyramids) {
     Timer timer(statistics.seconds.pyramids);
-    build_pyramids(passes, *std::max_element(levels.begin(), levels.end()));
+    const std::uint32_t all = passes.layers.levels - 1, read = *std::max_element(levels.begin(), levels.end());
+    const std::uint32_t built = kept(settings, "pyramids") ? all : read;
+    build_pyramids(passes, built);
+    unbuilt += all - built;
     compute.finish();
   }
   std::uint64_t direct = 0;
@@ -300,29 +277,34 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
 double Renderer::estimate() {
   State& s = *state_;
   return with_device_errors(s.compute.info(), [&] {
-    std::vector<cl_uint> levels;
-    if (s.plan.pyramids && s.first_estimate) s.level = std::min(s.passes.layers.levels - 1, coarsest_level);
+    // The first estimate tries all levels; later ones the level shown, the next finer and 0, since the best level
+    // falls as the image converges.
+    std::uint32_t top = s.level, stop = top > 0 ? top - 1 : 0;
+    if (s.first_estimate && s.plan.pyramids) {
+      top = std::min(s.passes.layers.levels - 1, coarsest_level);
+      stop = 0;
+    }
     s.first_estimate = false;
-    double shown = INFINITY;
-    // Down while it gets better: the level falls as the image converges, and never rises again.
-    for (;;) {
-      levels.clear();
-      if (s.level > 0) levels.push_back(s.level);
-      if (s.level > 1) levels.push_back(s.level - 1);
+    double best = INFINITY;
+    for (std::uint32_t level = top;; level -= 2) {
+      std::vector<cl_uint> levels;
+      if (level > 0) levels.push_back(level);
+      if (level > 1) levels.push_back(level - 1);
       levels.push_back(0);
       std::vector<double> worst(levels.size(), 0.0);
       for (std::size_t camera = 0; camera < s.cameras.size(); ++camera) {
         const std::vector<Halves> halves = s.gather_halves(camera, levels, 1);
         for (std::size_t i = 0; i < halves.size(); ++i) worst[i] = std::max(worst[i], estimated_relmse(halves[i]));
       }
-      const std::size_t best = static_cast<std::size_t>(std::min_element(worst.begin(), worst.end()) - worst.begin());
-      shown = worst[best];
-      const bool again = best == 1 && levels.size() == 3;
-      s.level = levels[best];
-      if (!again) break;
+      for (std::size_t i = 0; i < levels.size(); ++i)
+        if (worst[i] < best) {
+          best = worst[i];
+          s.level = levels[i];
+        }
+      if (level <= stop + 1 || level < 2) break;
     }
-    s.statistics.estimated_relmse = shown;
-    return shown;
+    s.statistics.estimated_relmse = best;
+    return best;
   });
 }
 
@@ -356,11 +338,22 @@ const Statistics& Renderer::statistics() const {
   State& s = *state_;
   Statistics& t = s.statistics;
   t.frames = s.frame;
-  std::uint32_t samples = 0;
-  for (const auto& light : s.plan.lights) samples += 2 * light.samples;
-  t.evaluations =
-      static_cast<double>(t.layers_texels_evaluated) * samples * s.frame * static_cast<double>(s.plan.media.size());
+  const double per_texel = static_cast<double>(s.samples_per_frame()) * s.frame;
+  t.evaluations = static_cast<double>(t.layers_texels_evaluated) * per_texel * s.plan.channels();
   t.left_out = s.plan.left_out;
+  for (Omission& o : t.left_out) {
+    if (o.what == "equal-channels" || o.what == "black-channels")
+      o.count = static_cast<double>(t.layers_texels_evaluated) * per_texel;
+    else if (o.unit == "evaluations")
+      o.count *= s.frame;
+  }
+  const std::uint32_t redraw_launches = static_cast<std::uint32_t>(s.plan.lights.size()) * (1 + 2 * 5);
+  if (s.frame > s.redraws + 1)
+    t.left_out.push_back({"light-map-redraws", "maps are redrawn only when a shift is due", "launches",
+                          static_cast<double>(s.frame - 1 - s.redraws) * redraw_launches, false});
+  if (s.unbuilt > 0)
+    t.left_out.push_back({"pyramids", "no pixel reads levels coarser than the one shown", "launches",
+                          static_cast<double>(s.unbuilt), false});
   t.bytes_peak = s.compute.bytes_peak();
   t.kernel_seconds = {};
   t.kernel_seconds_known = true;

@@ -83,7 +83,9 @@ kernels::View pinhole_view(const Camera& camera, const ObjectSpace& space, glm::
 
 bool needs_clipping(const kernels::View& v) {
   const double distance = std::hypot(v.origin.x, v.origin.y, v.origin.z);
-  const double nearest = distance - 1.0;
+  // Depth along the axis, not distance: the object may lie beside or behind a camera that looks elsewhere.
+  const double depth = double{v.origin.x} * v.back.x + double{v.origin.y} * v.back.y + double{v.origin.z} * v.back.z;
+  const double nearest = depth - 1.0;
   return nearest <= 2.0 * v.near_distance || v.scale * (1.0 + distance) / nearest > guard_pixels;
 }
 

@@ -1,0 +1,132 @@
+// Candidate directions are tried on small films; the texels that cameras read are marked by the gather's own test.
+#include "visibility.hpp"
+
+#include <algorithm>
+
+#include "kernels/raster.h"
+
+namespace parian {
+namespace {
+
+constexpr std::uint32_t candidate_directions = 64;  // for the layers, beside the evenly spread ones
+constexpr std::uint32_t candidate_size = 256;       // of their films
+constexpr std::size_t surface_samples = 16384;      // points on which the choice rests
+constexpr std::uint32_t mark_positions = 8;         // subpixel positions whose texels are needed
+constexpr float seen_cosine = 0.1F;                 // more edge-on than that counts as unseen
+
+/// The cosine at which each view sees each point of the surface; 0 where it doesn't.
+std::vector<std::vector<float>> sight_of(Passes& p, const std::vector<kernels::View>& views, const SurfaceSight& s) {
+  const cl::Buffer points = p.compute.upload(s.points);
+  const cl_uint n = static_cast<cl_uint>(s.points.size() / 2);
+  cl::Buffer quality = p.compute.buffer<float>(n);
+  cl::Buffer depth = p.compute.buffer<cl_uint>(candidate_size * candidate_size);
+  std::vector<std::vector<float>> seen;
+  for (const kernels::View& view : views) {
+    setup_view(p, view, Stage::plan);
+    draw(p, tiles({view.width, view.height}).front(), depth, nullptr, Stage::plan);
+    p.compute.launch("layers_visibility", n, Stage::plan, view, depth, n, points, quality);
+    seen.push_back(p.compute.read<float>(quality, n));
+  }
+  p.compute.release(depth);
+  p.compute.release(quality);
+  return seen;
+}
+
+}  // namespace
+
+std::vector<kernels::Window> tiles(glm::uvec2 film) {
+  std::vector<kernels::Window> all;
+  for (std::uint32_t y = 0; y < film.y; y += window_limit)
+    for (std::uint32_t x = 0; x < film.x; x += window_limit) {
+      kernels::Window w{};
+      w.x = x;
+      w.y = y;
+      w.width = std::min(window_limit, film.x - x);
+      w.height = std::min(window_limit, film.y - y);
+      w.sample_x = w.sample_y = SUBPIXELS / 2;
+      all.push_back(w);
+    }
+  return all;
+}
+
+std::vector<kernels::View> place_layers(Passes& p, const std::vector<glm::dvec3>& positions,
+                                        const std::vector<glm::uvec3>& triangles, std::uint32_t count,
+                                        std::uint32_t size, SurfaceSight& sight) {
+  const SurfacePoints surface = surface_points(positions, triangles, surface_samples);
+  for (std::size_t i = 0; i < surface.x.size(); ++i) {
+    const glm::vec3 x(surface.x[i]), n(surface.n[i]);
+    sight.points.push_back({x.x, x.y, x.z, 0.0F});
+    sight.points.push_back({n.x, n.y, n.z, 0.0F});
+  }
+  std::vector<glm::dvec3> directions = even_directions(count);
+  for (const glm::dvec3& d : even_directions(candidate_directions)) directions.push_back(d);
+  std::vector<kernels::View> candidates;
+  for (const glm::dvec3& d : directions) candidates.push_back(orthographic_view(positions, d, candidate_size));
+  const std::vector<std::vector<float>> seen = sight_of(p, candidates, sight);
+
+  sight.outside.assign(surface_samples, false);
+  for (const auto& candidate : seen)
+    for (std::size_t i = 0; i < surface_samples; ++i) sight.outside[i] = sight.outside[i] || candidate[i] > seen_cosine;
+  const auto covered = [&](const std::vector<std::size_t>& chosen) {
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < surface_samples; ++i)
+      n += std::any_of(chosen.begin(), chosen.end(), [&](std::size_t c) { return seen[c][i] > seen_cosine; });
+    return n;
+  };
+  std::vector<std::size_t> even(count);
+  for (std::size_t i = 0; i < even.size(); ++i) even[i] = i;
+  const std::vector<std::size_t> greedy = choose_directions(seen, count);
+  std::vector<kernels::View> views;
+  for (const std::size_t c : covered(greedy) >= covered(even) ? greedy : even)
+    views.push_back(orthographic_view(positions, directions[c], size));
+  return views;
+}
+
+double layer_coverage(Passes& p, const SurfaceSight& sight) {
+  const Layers& k = p.layers;
+  const cl_uint n = static_cast<cl_uint>(sight.outside.size());
+  const cl::Buffer points = p.compute.upload(sight.points);
+  cl::Buffer weights = p.compute.buffer<float>(n);
+  p.compute.launch("gather_weight", n, Stage::plan, n, points, k.views_buffer, k.level_first_buffer, k.geometry,
+                   k.slots, k.count(), k.size, weights);
+  const std::vector<float> weight = p.compute.read<float>(weights, n);
+  p.compute.release(weights);
+  std::size_t visible = 0, covered = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    visible += sight.outside[i];
+    covered += sight.outside[i] && weight[i] >= 1e-3F;
+  }
+  return visible ? static_cast<double>(covered) / static_cast<double>(visible) : 0.0;
+}
+
+std::vector<cl_uint> covered_texels(Passes& p) {
+  const std::vector<cl_uint> slots = p.compute.read<cl_uint>(p.layers.slots, p.layers.level_first[1]);
+  std::vector<cl_uint> texels;
+  for (cl_uint t = 0; t < slots.size(); ++t)
+    if (slots[t] != NO_TRIANGLE) texels.push_back(t);
+  return texels;
+}
+
+std::vector<cl_uint> read_texels(Passes& p, const std::vector<kernels::View>& cameras, glm::uvec2 film) {
+  const std::size_t count = p.layers.level_first[1];
+  cl::Buffer marks = p.compute.buffer<cl_uint>(count);
+  p.compute.fill(marks, 0, count);
+  for (const kernels::View& view : cameras) {
+    setup_view(p, view, Stage::plan);
+    for (kernels::Window w : tiles(film))
+      for (std::uint32_t i = 0; i < mark_positions; ++i) {
+        const glm::ivec2 s = subpixel_position(i, 0);
+        w.sample_x = s.x;
+        w.sample_y = s.y;
+        mark_needed(p, view, w, marks);
+      }
+  }
+  const std::vector<cl_uint> marked = p.compute.read<cl_uint>(marks, count);
+  p.compute.release(marks);
+  std::vector<cl_uint> texels;
+  for (cl_uint t = 0; t < count; ++t)
+    if (marked[t]) texels.push_back(t);
+  return texels;
+}
+
+}  // namespace parian

@@ -1,0 +1,31 @@
+// The second half of the plan, from what is seen: which directions the layers take, and which of their texels are read.
+#pragma once
+#include <vector>
+
+#include "passes.hpp"
+
+namespace parian {
+
+/// Points spread over the surface, (x, 0) and (n_g, 0) each, and whether any of many directions sees them.
+struct SurfaceSight {
+  std::vector<kernels::float4> points;
+  std::vector<bool> outside;
+};
+
+/// Places `count` layers of `size` texels a side greedily, by the surface that each adds to what the others see; never
+/// covering less than evenly spread directions do. `positions` in object units. Fills `sight`.
+[[nodiscard]] std::vector<kernels::View> place_layers(Passes& p, const std::vector<glm::dvec3>& positions,
+                                                      const std::vector<glm::uvec3>& triangles, std::uint32_t count,
+                                                      std::uint32_t size, SurfaceSight& sight);
+
+/// Share of the surface visible from outside that at least one layer sees.
+[[nodiscard]] double layer_coverage(Passes& p, const SurfaceSight& sight);
+
+/// Level-0 texels that `cameras` read at `film` pixels, in rising order; or all that hold a surface.
+[[nodiscard]] std::vector<cl_uint> read_texels(Passes& p, const std::vector<kernels::View>& cameras, glm::uvec2 film);
+[[nodiscard]] std::vector<cl_uint> covered_texels(Passes& p);
+
+/// Windows that cut a film into pieces small enough to be gathered at once.
+[[nodiscard]] std::vector<kernels::Window> tiles(glm::uvec2 film);
+
+}  // namespace parian

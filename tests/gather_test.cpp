@@ -1,0 +1,309 @@
+// Pass 4 against a look-up in double, constants, the texels that it marks, and pixels that no layer sees.
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <set>
+
+#include "kernels/sampling.h"
+#include "test_scene.hpp"
+
+namespace parian::test {
+namespace {
+
+using kernels::float4;
+using kernels::Window;
+
+constexpr cl_uint no_slot = 0xffffffffU;
+const glm::uvec2 film_size(72, 60);
+const Camera test_camera{{1.0, 2.2, 4.0}, {0, 0, 0}, {0, 1, 0}, 32};
+const DirectionalLight test_light{{0.5, 0.6, -0.6}, {3, 2, 1}};
+
+/// A torus with light maps, layers and a film.
+struct FilmBench : Bench {
+  FilmBench(const std::vector<glm::dvec3>& directions, std::uint32_t layer_size)
+      : Bench(scene_of(torus(36, 18), medium({2.0, 2.0, 1.6}, {0.02, 0.02, 0.05}, 1.3), {test_light})),
+        view(pinhole_view(test_camera, plan.space, film_size)) {
+    make_light_maps(passes, points, 48);
+    draw_light_maps(passes, 0, false);
+    for (const glm::dvec3& d : directions) views.push_back(orthographic_view(points, d, layer_size));
+    make_layers(passes, views, layer_size, true);
+    const std::size_t pixels = std::size_t{film_size.x} * film_size.y;
+    Film& f = passes.film;
+    f.depth = compute.buffer<cl_uint>(pixels), f.ids = compute.buffer<cl_uint>(pixels);
+    f.direct = compute.buffer<cl_uint>(pixels), f.n_direct = compute.buffer<cl_uint>(1);
+    f.sums = compute.buffer<float4>(6 * pixels);
+  }
+  /// Needs every covered texel that `wanted` takes, with values that depend on the texel alone.
+  void need(const std::function<bool(cl_uint)>& wanted, const std::function<float(cl_uint)>& value) {
+    const std::vector<cl_uint> slots = compute.read<cl_uint>(passes.layers.slots, passes.layers.level_first[1]);
+    std::vector<cl_uint> needed;
+    std::vector<float4> values;
+    for (cl_uint t = 0; t < slots.size(); ++t)
+      if (slots[t] == 0 && wanted(t)) {
+        needed.push_back(t);
+        const float v = value(t);
+        values.push_back({v, 0.5F * v, 0.25F * v, 0});
+        values.push_back({2 * v, v, 0.75F * v, 0});
+      }
+    set_needed(passes, needed);
+    compute.write(passes.layers.values, values);
+    build_pyramids(passes, passes.layers.levels - 1);
+  }
+  std::vector<float4> shoot(const Window& w, const std::vector<cl_uint>& levels, float scale,
+                            std::uint32_t rounds = 1) {
+    const std::size_t texels = 2 * levels.size() * w.width * w.height;
+    compute.fill(passes.film.sums, 0, 4 * texels);
+    setup_view(passes, view, Stage::gather);
+    gather(passes, view, w, levels, scale, 0, rounds);
+    ids = compute.read<cl_uint>(passes.film.ids, std::size_t{w.width} * w.height);
+    direct = compute.read<cl_uint>(passes.film.direct, compute.read<cl_uint>(passes.film.n_direct, 1)[0]);
+    return compute.read<float4>(passes.film.sums, texels);
+  }
+  /// What the pixel with index `i` of a window sees.
+  [[nodiscard]] Hit hit(const Window& w, std::size_t i) const {
+    return hit_triangle(*this, ids[i], ExactView(view), double(w.x + i % w.width) + w.sample_x / 256.0,
+                        double(w.y + i / w.width) + w.sample_y / 256.0);
+  }
+  [[nodiscard]] double outgoing_cosine(const Hit& h) const {
+    const glm::dvec3 o = glm::normalize(exact(view.origin) - h.x);
+    const auto n = kernels::bend_normal({h.n_s.x, h.n_s.y, h.n_s.z}, {o.x, o.y, o.z});
+    return n.x * o.x + n.y * o.y + n.z * o.z;
+  }
+  [[nodiscard]] double T21(const Hit& h) const {
+    return kernels::fresnel_transmittance(outgoing_cosine(h), plan.boundary);
+  }
+
+  kernels::View view;
+  std::vector<kernels::View> views;
+  std::vector<cl_uint> ids, direct;
+};
+
+float value_of(cl_uint texel) { return static_cast<float>(kernels::hash(texel) >> 8) * 0x1p-23F; }
+
+/// All levels of the layers as the device has them.
+struct Stored {
+  explicit Stored(Bench& b) : k(b.passes.layers) {
+    geometry = b.compute.read<float4>(k.geometry, k.level_first.back());
+    slots = b.compute.read<cl_uint>(k.slots, k.level_first.back());
+    values = b.compute.read<float4>(k.values, 2 * (k.n_points + k.level_first.back() - k.level_first[1]));
+  }
+  const Layers& k;
+  std::vector<float4> geometry, values;
+  std::vector<cl_uint> slots;
+};
+
+struct Lookup {
+  glm::dvec3 a{}, b{};
+  double weight = 0;
+  bool doubtful = false;  // a test is so close that rounding decides
+};
+
+/// Bilinear weight x cos^2 over the four texels around a point in each layer, where texel and point lie within half a
+/// texel of each other's planes and their normals within 60 degrees.
+Lookup look_up(const Stored& s, cl_uint level, glm::dvec3 x, glm::dvec3 n) {
+  Lookup sum;
+  for (cl_uint layer = 0; layer < s.k.count(); ++layer) {
+    const ExactView view(s.k.views[layer]);
+    const glm::dvec3 n_p = view.frame(n), f = view.film(x);
+    sum.doubtful |= std::fabs(n_p.z - 0.05) < 1e-5;
+    if (n_p.z < 0.05) continue;
+    const int side = 1 << level, extent = (int(s.k.size) + side - 1) / side;
+    const double size = side / double{view.view.scale}, u = f.x / side - 0.5, v = f.y / side - 0.5;
+    for (int c = 0; c < 4; ++c) {
+      const int column = int(std::floor(u)) + c % 2, row = int(std::floor(v)) + c / 2;
+      if (column < 0 || row < 0 || column >= extent || row >= extent) continue;
+      const std::size_t t = s.k.level_first[level] + (layer * extent + row) * std::size_t(extent) + column;
+      const cl_uint slot = s.slots[t];
+      if (slot == no_slot) continue;
+      const glm::dvec3 n_t = exact(s.geometry[t]);
+      const glm::dvec3 away((column - u) * size, (row - v) * size, s.geometry[t].w - f.z);
+      const double off = std::max(std::fabs(glm::dot(away, n_p)), std::fabs(glm::dot(away, n_t))) / (0.5 * size);
+      const double alike = glm::dot(n_t, n_p),
+                   w = (1 - std::fabs(column - u)) * (1 - std::fabs(row - v)) * n_p.z * n_p.z;
+      if (w > 1e-5) sum.doubtful |= std::fabs(off - 1) < 3e-4 || std::fabs(alike - 0.5) < 1e-5;
+      if (off > 1 || alike <= 0.5) continue;
+      sum.weight += w;
+      sum.a += w * exact(s.values[2 * slot]);
+      sum.b += w * exact(s.values[2 * slot + 1]);
+    }
+  }
+  sum.doubtful |= std::fabs(sum.weight - 1e-3) < 1e-4;
+  return sum;
+}
+
+/// Compares a window's film with the look-up; returns how many values were compared.
+void check_film(FilmBench& b, const Window& w, const std::vector<cl_uint>& levels, const std::string& what) {
+  const float scale = 0.125F;
+  const std::vector<float4> sums = b.shoot(w, levels, scale);
+  const Stored stored(b);
+  const std::set<cl_uint> direct(b.direct.begin(), b.direct.end());
+  const std::size_t pixels = b.ids.size();
+  Worst worst;
+  std::size_t compared = 0, skipped = 0, unseen = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const float covered = b.ids[i] == no_slot ? 0.0F : 1.0F;
+    for (std::size_t set = 0; set < levels.size(); ++set) ASSERT_EQ(sums[2 * (set * pixels + i)].w, covered) << i;
+    if (b.ids[i] == no_slot) {
+      ASSERT_EQ(glm::length(exact(sums[2 * i])), 0) << i;
+      continue;
+    }
+    const Hit h = b.hit(w, i);
+    if (h.inside() < 1e-3 || h.cosine < 1e-2) {  // the device moves it onto the triangle
+      ++skipped;
+      continue;
+    }
+    const double cosine = b.outgoing_cosine(h), factor = scale * b.T21(h);
+    for (std::size_t set = 0; set < levels.size(); ++set) {
+      cl_uint level = levels[set];
+      Lookup l = look_up(stored, level, h.x, h.n_g);
+      while (!l.doubtful && l.weight < 1e-3 && level > 0) l = look_up(stored, --level, h.x, h.n_g);
+      if (l.doubtful) {
+        ++skipped;
+        continue;
+      }
+      if (l.weight < 1e-3) {
+        ++unseen;
+        if (set == 0) {
+          EXPECT_TRUE(direct.contains(cl_uint(i))) << what << " pixel " << i;
+        }
+        continue;
+      }
+      if (set == 0) {
+        EXPECT_FALSE(direct.contains(cl_uint(i))) << what << " pixel " << i;
+      }
+      const float4 a = sums[2 * (set * pixels + i)], v = sums[2 * (set * pixels + i) + 1];
+      const double error =
+          largest({glm::length(exact(a) - factor * l.a / l.weight), glm::length(exact(v) - factor * l.b / l.weight)});
+      // Film coordinates of up to 64 texels round to 4e-6 texels, four times per weight; values are below 6. T21 falls
+      // with the cosine, which the shading normal has to 1e-6.
+      const double tolerance = factor * 6 * (1e-6 + 1.6e-5 / std::max(l.weight, 0.05) + 1e-6 / cosine);
+      ++compared;
+      worst.add(error / tolerance,
+                [&] { return fmt::format("{} level {} pixel {} {}", what, levels[set], i, hex(h.x)); });
+    }
+  }
+  fmt::print("{}: {} compared, {} skipped, {} unseen; worst {:.2f} of tolerance ({})\n", what, compared, skipped,
+             unseen, worst.value, worst.where);
+  EXPECT_GT(compared, pixels * levels.size() / 8);
+  EXPECT_LT(skipped, (compared + unseen) / 8);
+  EXPECT_LE(worst.value, 1) << worst.where;
+}
+
+TEST(Gather, AgreesWithALookUpInDouble) {
+  for (const bool holes : {false, true}) {
+    FilmBench b(even_directions(7), 41);
+    b.need([&](cl_uint t) { return !holes || kernels::hash(t ^ 77U) % 3 > 0; }, value_of);
+    const std::string what = holes ? "a third missing" : "all texels";
+    check_film(b, window_of(film_size.x, film_size.y, 128, 128), {0}, what);
+    check_film(b, window_of(film_size.x, film_size.y, 3, 250), {3, 1, 0}, what);
+    Window tile = window_of(33, 20, 200, 60);
+    tile.x = 20, tile.y = 25;
+    check_film(b, tile, {2, 0}, what + ", tile");
+  }
+}
+
+TEST(Gather, ConstantLayersGiveAConstantTimesT21) {
+  FilmBench b(even_directions(7), 41);
+  b.need([](cl_uint) { return true; }, [](cl_uint) { return 0.8F; });
+  const Window w = window_of(film_size.x, film_size.y);
+  const std::vector<cl_uint> levels{4, 2, 0};
+  const std::vector<float4> sums = b.shoot(w, levels, 0.5F);
+  const std::set<cl_uint> direct(b.direct.begin(), b.direct.end());
+  Worst worst;
+  for (std::size_t set = 0; set < 3; ++set)
+    for (std::size_t i = 0; i < b.ids.size(); ++i) {
+      if (b.ids[i] == no_slot || direct.contains(cl_uint(i))) continue;
+      const Hit h = b.hit(w, i);
+      if (h.inside() < 1e-3 || h.cosine < 1e-2) continue;
+      const float4 a = sums[2 * (set * b.ids.size() + i)], v = sums[2 * (set * b.ids.size() + i) + 1];
+      if (set > 0 && a.x == 0) continue;  // seen by a coarser level only
+      const double expected = 0.5 * b.T21(h) * 0.8;
+      const double error = largest({glm::length(exact(a) / expected - glm::dvec3(1, 0.5, 0.25)),
+                                    glm::length(exact(v) / expected - glm::dvec3(2, 1, 0.75))});
+      worst.add(error / (2e-6 * (1 + 1 / b.outgoing_cosine(h)) * (1 + 1 / h.cosine)),
+                [&] { return fmt::format("level {} pixel {}", levels[set], i); });
+    }
+  fmt::print("constant: worst {:.2f} of tolerance ({})\n", worst.value, worst.where);
+  EXPECT_LE(worst.value, 1) << worst.where;  // means of equal values; T21's cosine, from a place on an edge-on triangle
+}
+
+TEST(Gather, MarksCoverAllThatIsRead) {
+  FilmBench b(even_directions(7), 41);
+  Window w = window_of(film_size.x, film_size.y);
+  const cl_uint texels = b.passes.layers.level_first[1];
+  const cl::Buffer marks = b.compute.buffer<cl_uint>(texels);
+  b.compute.fill(marks, 0, texels);
+  setup_view(b.passes, b.view, Stage::plan);
+  const std::vector<glm::ivec2> positions{{128, 128}, {10, 240}, {200, 33}};
+  for (const glm::ivec2 s : positions) {
+    w.sample_x = s.x, w.sample_y = s.y;
+    mark_needed(b.passes, b.view, w, marks);
+  }
+  const std::vector<cl_uint> marked = b.compute.read<cl_uint>(marks, texels);
+  std::vector<std::vector<float4>> films[2];
+  for (const bool all : {false, true}) {
+    make_layers(b.passes, b.views, 41, true);
+    b.need([&](cl_uint t) { return all || marked[t] != 0; }, value_of);
+    if (!all) {
+      EXPECT_LT(b.passes.layers.n_points, texels / 3);
+    }
+    for (const glm::ivec2 s : positions) {
+      w.sample_x = s.x, w.sample_y = s.y;
+      films[all].push_back(b.shoot(w, {0}, 1.0F));
+    }
+  }
+  for (std::size_t s = 0; s < positions.size(); ++s)
+    for (std::size_t i = 0; i < films[0][s].size(); ++i)
+      for (int c = 0; c < 3; ++c) ASSERT_EQ(exact(films[0][s][i])[c], exact(films[1][s][i])[c]) << s << " " << i;
+}
+
+TEST(Gather, PixelsThatNoLayerSeesAreComputedDirectly) {
+  FilmBench b({{0.3, -0.4, -1.0}}, 33);  // a layer that looks from behind
+  b.need([](cl_uint) { return true; }, [](cl_uint) { return 0.0F; });
+  const Window w = window_of(film_size.x, film_size.y);
+  constexpr int seeds = 32, rounds = 48;
+  std::vector<glm::dvec3> sum, squares;
+  std::size_t zeros = 0;
+  for (int seed = 0; seed < seeds; ++seed) {
+    b.passes.seed = 500 + seed;
+    const std::vector<float4> sums = b.shoot(w, {1, 0}, 1.0F, rounds);
+    std::sort(b.direct.begin(), b.direct.end());
+    sum.resize(b.direct.size()), squares.resize(b.direct.size());
+    for (std::size_t k = 0; k < b.direct.size(); ++k) {
+      const glm::dvec3 v = exact(sums[2 * b.direct[k]]), v0 = exact(sums[2 * (b.ids.size() + b.direct[k])]);
+      ASSERT_EQ(v, v0);  // both levels get the same
+      for (int c = 0; c < 3; ++c) zeros += !(v[c] > 0) + !(exact(sums[2 * b.direct[k] + 1])[c] > 0);
+      sum[k] += v, squares[k] += v * v;
+    }
+  }
+  ASSERT_GT(b.direct.size(), 300U);
+  EXPECT_EQ(zeros, 0U);
+  const kernels::Light& light = b.passes.light_maps.lights[0];
+  const std::vector<float4> map = b.compute.read<float4>(b.passes.light_maps.map, std::size_t{4} * 48 * 48);
+  Worst worst;
+  double z2 = 0, precision = 0;
+  int count = 0;
+  for (std::size_t k = 0; k < b.direct.size(); k += b.direct.size() / 24) {
+    const Hit h = b.hit(w, b.direct[k]);
+    if (h.inside() < 1e-3 || h.cosine < 1e-2) continue;
+    const glm::dvec3 truth = b.T21(h) * quadrature(b.plan, light, map, h.x, h.n_s);
+    for (int c = 0; c < 3; ++c) {
+      const double mean = sum[k][c] / seeds,
+                   variance = std::max(squares[k][c] / seeds - mean * mean, 0.0) / (seeds - 1);
+      const double error = std::sqrt(variance + std::pow(5e-4 * truth[c], 2));  // of quadrature, as in pass 2's test
+      const double z = std::fabs(mean - truth[c]) / error;
+      z2 += z * z, precision += std::sqrt(variance) / truth[c], ++count;
+      worst.add(z, [&] {
+        return fmt::format("pixel {} channel {}: {:.6g}, expected {:.6g}", b.direct[k], c, mean, truth[c]);
+      });
+    }
+  }
+  fmt::print("direct: {} pixels, standard error {:.2g}, mean square of deviations {:.2f}, worst {:.2f} ({})\n",
+             b.direct.size(), precision / count, z2 / count, worst.value, worst.where);
+  EXPECT_LE(worst.value, 4.0) << worst.where;
+  EXPECT_LE(z2 / count, 2.0);
+  EXPECT_LE(precision / count, 0.01);
+}
+
+}  // namespace
+}  // namespace parian::test

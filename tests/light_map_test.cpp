@@ -1,0 +1,179 @@
+// Pass 1 against rays and triangles in double, the height pyramid exactly, and the search for the nearest lit texel.
+#include <gtest/gtest.h>
+
+#include "test_scene.hpp"
+
+namespace parian::test {
+namespace {
+
+using kernels::float4;
+
+const DirectionalLight light_a{{0.5, 0.6, -0.6}, {3, 2, 1}}, light_b{{-0.2, 0.1, 1.0}, {1, 1, 1}};
+
+std::vector<float4> read_map(Bench& b) {
+  const LightMaps& m = b.passes.light_maps;
+  return b.compute.read<float4>(m.map, std::size_t{4} * m.size * m.size * m.lights.size());
+}
+
+/// Compares both halves of all lights; the ids are drawn again into buffers of the test.
+void check_maps(Bench& b, const std::string& what) {
+  LightMaps& m = b.passes.light_maps;
+  const std::vector<float4> map = read_map(b);
+  const std::size_t texels = std::size_t{m.size} * m.size;
+  Worst height, slope, normal;
+  std::size_t lit = 0, edge = 0;
+  for (const kernels::Light& light : m.lights)
+    for (int half = 0; half < 2; ++half) {
+      const int sample[2] = {int(light.sample_x[half] * 256), int(light.sample_y[half] * 256)};
+      setup_view(b.passes, light.view, Stage::light_map);
+      draw(b.passes, window_of(m.size, m.size, sample[0], sample[1]), m.depth, &m.ids, Stage::light_map);
+      const std::vector<cl_uint> ids = b.compute.read<cl_uint>(m.ids, texels);
+      const ExactView view(light.view);
+      for (std::size_t i = 0; i < texels; ++i) {
+        const float4 a = map[2 * (light.map + half * texels + i)], n = map[2 * (light.map + half * texels + i) + 1];
+        const std::string where = fmt::format("{} half {} texel ({}, {})", what, half, i % m.size, i / m.size);
+        ASSERT_EQ(a.w, ids[i] != 0xffffffffU ? 1.0F : 0.0F) << where;
+        if (a.w == 0.0F) continue;
+        const double px = double(i % m.size) + light.sample_x[half], py = double(i / m.size) + light.sample_y[half];
+        const Hit h = hit_triangle(b, ids[i], view, px, py);
+        ++lit;
+        if (!(h.cosine > 1e-3)) continue;  // seen edge-on: which side faces the light is up to rounding
+        // Plane through the hit: dz = -(n_x dx + n_y dy) / n_z, the cosine at least 0.1.
+        const glm::dvec3 g = view.frame(h.n_g);
+        const double cosine = std::max(g.z, 0.1);
+        slope.add(largest({std::fabs(a.y + g.x / cosine), std::fabs(a.z + g.y / cosine)}) * cosine * cosine / 1.2e-6,
+                  where);
+        // Corners snap to 1/256 texel, so that a sample may lie that far outside of its triangle, and is moved inside.
+        const double steep = std::sqrt(1 - g.z * g.z) / g.z, snap = 2.0 / 256 / light.view.scale;
+        const double z = view.frame(h.x - view.origin).z;
+        const bool inner = h.inside() > 1e-3;
+        edge += !inner;
+        height.add(std::fabs(a.x - z) / (1e-6 * (1 + steep) + (inner ? 0 : snap * (1 + steep))), where);
+        if (inner) normal.add(glm::length(exact(n) - view.frame(h.n_s)) / (1e-5 * (1 + steep)), where);
+      }
+    }
+  fmt::print(
+      "{}: {} lit texels ({} at edges); of tolerance: height {:.2f} ({}), slopes {:.2f} ({}), normals {:.2f} ({})\n",
+      what, lit, edge, height.value, height.where, slope.value, slope.where, normal.value, normal.where);
+  EXPECT_GT(lit, texels / 8);
+  EXPECT_LE(height.value, 1) << height.where;  // float32 positions of size 1, along the slope
+  EXPECT_LE(slope.value, 1) << slope.where;    // twenty roundings of a normal, over the cosine's square
+  EXPECT_LE(normal.value, 1) << normal.where;  // barycentric coordinates within float32 of the triangle's size
+}
+
+class LightMap : public testing::TestWithParam<std::uint32_t> {};
+
+TEST_P(LightMap, HoldsTheSurface) {
+  const std::uint32_t size = GetParam();
+  Bench b(scene_of(torus(40, 20), medium(), {light_a, light_b}));
+  make_light_maps(b.passes, b.points, size);
+  for (const std::uint32_t epoch : {0U, 3U}) {
+    draw_light_maps(b.passes, epoch, epoch > 0);
+    check_maps(b, fmt::format("torus {} epoch {}", size, epoch));
+  }
+}
+
+TEST_P(LightMap, HeightPyramidIsExact) {
+  const std::uint32_t size = GetParam();
+  Bench b(scene_of(torus(40, 20), medium(), {light_a, light_b}));
+  make_light_maps(b.passes, b.points, size);
+  draw_light_maps(b.passes, 0, true);
+  const std::vector<float4> map = read_map(b);
+  const LightMaps& m = b.passes.light_maps;
+  std::vector<std::size_t> first{0};
+  std::vector<std::size_t> side;
+  for (std::size_t s = size;; s = (s + 1) / 2) {
+    side.push_back(s);
+    first.push_back(first.back() + s * s);
+    if (s == 1) break;
+  }
+  ASSERT_EQ(m.levels, side.size());
+  const std::vector<cl_float2> extent = b.compute.read<cl_float2>(m.extent, first.back() * m.lights.size());
+  for (const kernels::Light& light : m.lights)
+    for (std::size_t level = 0; level < side.size(); ++level)
+      for (std::size_t node = 0; node < side[level] * side[level]; ++node) {
+        // The block of texels below the node, without going through the levels between.
+        const std::size_t block = std::size_t{1} << level, x0 = node % side[level] * block,
+                          y0 = node / side[level] * block;
+        float low = INFINITY, high = -INFINITY;
+        for (std::size_t y = y0; y < std::min<std::size_t>(y0 + block, size); ++y)
+          for (std::size_t x = x0; x < std::min<std::size_t>(x0 + block, size); ++x) {
+            const float4 a = map[2 * (light.map + y * size + x)];
+            if (a.w > 0) low = std::min(low, a.x), high = std::max(high, a.x);
+          }
+        const cl_float2 found = extent[light.extent + first[level] + node];
+        if (low > high)
+          ASSERT_GT(found.s[0], found.s[1]) << "level " << level << " node " << node;
+        else
+          ASSERT_TRUE(found.s[0] == low && found.s[1] == high) << "level " << level << " node " << node;
+      }
+}
+
+TEST_P(LightMap, SamplesAreCentredOnTheNearestLitTexel) {
+  const std::uint32_t size = GetParam();
+  Bench b(scene_of(torus(40, 20), medium(), {light_a, light_b}));
+  make_light_maps(b.passes, b.points, size);
+  draw_light_maps(b.passes, 0, true);
+  std::vector<kernels::View> views;
+  for (const glm::dvec3& d : even_directions(4)) views.push_back(orthographic_view(b.points, d, 20));
+  make_layers(b.passes, views, 20, false);
+  std::vector<cl_uint> needed;
+  const std::vector<cl_uint> slots = b.compute.read<cl_uint>(b.passes.layers.slots, 4 * 20 * 20);
+  for (cl_uint t = 0; t < slots.size(); ++t)
+    if (slots[t] == 0) needed.push_back(t);
+  set_needed(b.passes, needed);
+  const std::vector<float4> map = read_map(b),
+                            points = b.compute.read<float4>(b.passes.layers.points, 2 * needed.size());
+  const LightMaps& m = b.passes.light_maps;
+  const std::vector<float4> centres = b.compute.read<float4>(b.passes.layers.centres, needed.size() * m.lights.size());
+  const std::vector<float>& log_rho = b.plan.density.log_rho;
+  const kernels::Density& density = b.plan.density.parameters;
+  Worst distance, h_error, G_error;
+  for (std::size_t i = 0; i < needed.size(); ++i)
+    for (std::size_t l = 0; l < m.lights.size(); ++l) {
+      const kernels::Light& light = m.lights[l];
+      const ExactView view(light.view);
+      const double scale = light.view.scale;
+      const glm::dvec3 x = exact(points[2 * i]), f = view.film(x), t(f.x, f.y, view.frame(x - view.origin).z * scale);
+      const auto to_texel = [&](std::size_t k) {
+        return glm::length(
+            glm::dvec3(double(k % size) + 0.5, double(k / size) + 0.5, map[2 * (light.map + k)].x * scale) - t);
+      };
+      double nearest = INFINITY;
+      for (std::size_t k = 0; k < std::size_t{size} * size; ++k)
+        if (map[2 * (light.map + k)].w > 0) nearest = std::min(nearest, to_texel(k));
+      const float4 c = centres[i * m.lights.size() + l];
+      const std::string where = fmt::format("size {} light {} point {}", size, l, hex(x));
+      const double u = c.x * scale + light.view.centre_x - 0.5, v = c.y * scale + light.view.centre_y - 0.5;
+      ASSERT_LT(std::fabs(u - std::round(u)) + std::fabs(v - std::round(v)), 1e-3) << where;
+      const auto chosen = std::size_t(std::round(v)) * size + std::size_t(std::round(u));
+      ASSERT_GT(map[2 * (light.map + chosen)].w, 0) << where;
+      // Coordinates up to `size` texels in float32, through four roundings.
+      const double rounding = 4 * 0x1p-23 * size;
+      distance.add((to_texel(chosen) - nearest) / (rounding + 1e-6 * nearest), where);
+      const double h = std::hypot(double{density.h_min}, nearest / scale);
+      h_error.add(std::fabs(c.z - h) / (1e-6 * h + rounding / scale), where);
+      // log G of h by the table: between the entries that hold log h, moved by the rounding of h.
+      const auto log_G = [&](double log_h) {
+        std::size_t e = 0;
+        while (e + 2 < density.entries && double{log_rho[e + 1]} > log_h) ++e;
+        const double a = log_rho[e], z = log_rho[e + 1], at = std::clamp((a - log_h) / (a - z), 0.0, 1.0);
+        return density.log_G_min + (double(e) + at) / density.inverse_step;
+      };
+      const double spread = 1e-6 + rounding / scale / h + 4 * 0x1p-24 * std::fabs(std::log(h));
+      const double low = log_G(std::log(h) + spread), high = log_G(std::log(h) - spread);
+      const double out = largest({0.0, low - c.w, c.w - high});
+      G_error.add(out / (8 * 0x1p-24 * std::max(std::fabs(low), std::fabs(double{density.log_G_min}))), where);
+    }
+  fmt::print("size {}: {} points; of tolerance: distance {:.2f} ({}), h {:.2f} ({}), log G {:.2f} ({})\n", size,
+             needed.size(), distance.value, distance.where, h_error.value, h_error.where, G_error.value, G_error.where);
+  EXPECT_GT(needed.size(), 300U);
+  EXPECT_LE(distance.value, 1) << distance.where;
+  EXPECT_LE(h_error.value, 1) << h_error.where;
+  EXPECT_LE(G_error.value, 1) << G_error.where;
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, LightMap, testing::Values(128U, 100U, 33U));
+
+}  // namespace
+}  // namespace parian::test
