@@ -107,6 +107,7 @@ static void turn(real v, real* c, real* s) {
   *s = real_select((quarter == 2.0f) | (quarter == 3.0f), -b, b);
 }
 
+#if ESTIMATOR != 2
 // Natural logarithm of a normal number in (0, 1], to 1e-7: the built-in one is scalar on some CPU drivers.
 static real log_of_fraction(real t) {
   const mask bits = as_mask(t), exponent = (bits - 0x3f400000) & (int)0xff800000;  // mantissa in [0.75, 1.5)
@@ -114,6 +115,7 @@ static real log_of_fraction(real t) {
   const real series = 2.0f * z * (1.0f + z2 * (1.0f / 3.0f + z2 * (0.2f + z2 * (1.0f / 7.0f + z2 * (1.0f / 9.0f)))));
   return convert_real(exponent >> 23) * 0.69314718f + series;
 }
+#endif
 
 // A sample's distance from the centre and the inverse of its area density (0: outside of what is sampled), from one
 // number of the sequence; `t` is 1 - u.

@@ -98,20 +98,21 @@ typedef uint16 ureal;
 // Lanes: their numbers, and what each of them reads from memory at its own index.
 #if VW == 1
 #define LANES 0u
-#define FROM_LANES(f) (f(0))
+#define FROM_LANES(read) (read(0))
 #define LANE(v, lane) (v)
 #elif VW == 4
 #define LANES ((uint4)(0, 1, 2, 3))
-#define FROM_LANES(f) ((float4)(f(0), f(1), f(2), f(3)))
+#define FROM_LANES(read) ((float4)(read(0), read(1), read(2), read(3)))
 #define LANE(v, lane) ((v).s##lane)
 #elif VW == 8
 #define LANES ((uint8)(0, 1, 2, 3, 4, 5, 6, 7))
-#define FROM_LANES(f) ((float8)(f(0), f(1), f(2), f(3), f(4), f(5), f(6), f(7)))
+#define FROM_LANES(read) ((float8)(read(0), read(1), read(2), read(3), read(4), read(5), read(6), read(7)))
 #define LANE(v, lane) ((v).s##lane)
 #else
 #define LANES ((uint16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
-#define FROM_LANES(f) \
-  ((float16)(f(0), f(1), f(2), f(3), f(4), f(5), f(6), f(7), f(8), f(9), f(a), f(b), f(c), f(d), f(e), f(f)))
+#define FROM_LANES(read)                                                                                        \
+  ((float16)(read(0), read(1), read(2), read(3), read(4), read(5), read(6), read(7), read(8), read(9), read(a), \
+             read(b), read(c), read(d), read(e), read(f)))
 #define LANE(v, lane) ((v).s##lane)
 #endif
 

@@ -1,0 +1,25 @@
+# What the tools share: where things are, and an OpenCL that works. Sourced, not run.
+# shellcheck shell=bash
+
+root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P)
+
+# A folder in which this user can build this source: $1 in it, or one in the user's cache where $1 can't be written or
+# belongs to a copy of the source elsewhere (a container's, say).
+build_folder() {
+  local folder=$root/$1 writable=$root key
+  if [[ -e $folder ]]; then writable=$folder; fi
+  if [[ -w $writable ]] && { [[ ! -e $folder/CMakeCache.txt ]] ||
+    grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$root" "$folder/CMakeCache.txt"; }; then
+    printf '%s\n' "$folder"
+  else
+    key=$(cksum <<<"$root")
+    printf '%s\n' "${XDG_CACHE_HOME:-${HOME:?}/.cache}/parian/${key%% *}/$1"
+  fi
+}
+
+# PoCL asks hwloc for processors and memory, and stops the process where there is no sysfs, as in a plain chroot.
+if [[ ! -d /sys/devices/system/cpu && -z ${HWLOC_SYNTHETIC-} ]]; then
+  memory=$(sed -n 's/^MemTotal: *\([0-9]*\) kB$/\1/p' /proc/meminfo)
+  HWLOC_SYNTHETIC="pack:1 [numa(memory=${memory:-4194304}kB)] core:$(nproc) pu:1"
+  export HWLOC_SYNTHETIC
+fi
