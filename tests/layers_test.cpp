@@ -275,6 +275,32 @@ INSTANTIATE_TEST_SUITE_P(
                     MeanCase{"disc_sparse", 2, medium({0.4, 0.3, 0.3}, {0.02, 0.01, 0.02}, 1.3), 192}),
     [](const auto& tested) { return tested.param.name; });
 
+TEST(Layers, HoldTheSurfaceInTheirOwnFrame) {
+  constexpr std::uint32_t size = 40, texels = size * size;
+  Bench b(scene_of(torus(32, 16)));
+  std::vector<kernels::View> views;
+  for (const glm::dvec3& d : even_directions(5)) views.push_back(orthographic_view(b.points, d, size));
+  make_layers(b.passes, views, size, false);
+  const std::vector<float4> geometry = b.compute.read<float4>(b.passes.layers.geometry, 5 * texels);
+  const std::vector<cl_uint> ids = b.compute.read<cl_uint>(b.passes.layers.ids, 5 * texels);
+  Worst normal, height;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (ids[i] == 0xffffffffU) continue;
+    const ExactView view(views[i / texels]);
+    const std::size_t t = i % texels;
+    const Hit h = hit_triangle(b, ids[i], view, double(t % size) + 0.5, double(t / size) + 0.5);
+    if (h.inside() < 1e-3 || h.cosine < 1e-2) continue;  // the device moves it onto the triangle
+    const std::string where = fmt::format("layer {} texel {}", i / texels, t);
+    normal.add(glm::length(exact(geometry[i]) - view.frame(h.n_g)), where);
+    height.add(std::fabs(geometry[i].w - view.film(h.x).z) * h.cosine, where);
+  }
+  fmt::print("layers: normals {:.2g} ({}), nearness {:.2g} ({})\n", normal.value, normal.where, height.value,
+             height.where);
+  EXPECT_GT(height.value, 0);
+  EXPECT_LE(normal.value, 2e-6) << normal.where;  // twenty roundings, as in the light maps
+  EXPECT_LE(height.value, 2e-6) << height.where;  // nearness is up to 3; positions of size 1, along the slope
+}
+
 TEST(Layers, TwoRunsGiveTheSameBits) {
   std::vector<float4> runs[2];
   for (auto& run : runs) run = LitBench(two_media, {light_a, light_b}, 64, true, 3, {}).frames(3);
