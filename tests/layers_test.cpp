@@ -1,8 +1,6 @@
 // Pass 2: the same samples in double, the average over many frames against quadrature, and the same bits twice.
 #include <gtest/gtest.h>
 
-#include <bit>
-
 #include "kernels/sampling.h"
 #include "test_scene.hpp"
 
@@ -30,7 +28,7 @@ struct LitBench : Bench {
     set_needed(passes, needed);
     n = needed.size();
     const LightMaps& m = passes.light_maps;
-    map = compute.read<float4>(m.map, std::size_t{4} * map_size * map_size * m.lights.size());
+    map = compute.read<float4>(m.map, std::size_t{2} * map_size * map_size * m.lights.size());
     at = compute.read<float4>(passes.layers.points, 2 * n);
     centres = compute.read<float4>(passes.layers.centres, n * m.lights.size());
   }
@@ -63,18 +61,18 @@ Radius radius_of(const DensityTable& table, int estimator, const float4& centre,
     return {r, 2 * std::numbers::pi * r * reach / (d.sigma * decay), r_error,
             r_error / std::max(r, r_error) + 4 * half_ulp / decay + 3 * half_ulp / reach};
   }
-  // G(rho) = t G(h), r^2 = rho^2 - h^2; the table is linear in log G between entries.
+  // G(rho) = t G(h), r^2 = rho^2 - h^2; rho is linear in log G between entries.
   const double log_t = std::log(t), position = (log_t + centre.w - d.log_G_min) * d.inverse_step;
   const double position_error =
       4 * half_ulp * (std::fabs(log_t) + std::fabs(centre.w) + std::fabs(d.log_G_min)) * d.inverse_step + 1e-4;
   const auto cell = std::size_t(std::clamp(std::floor(position), 0.0, d.entries - 2.0));
-  const auto fall = [&](std::size_t c) { return double{table.log_rho[c]} - table.log_rho[c + 1]; };
-  const double log_rho = table.log_rho[cell] - fall(cell) * (position - double(cell)), rho = std::exp(log_rho);
-  const double rho_error = fall(cell) * position_error + 4 * half_ulp * (1 + std::fabs(log_rho));
-  const double r2 = std::max(rho * rho - double{centre.z} * centre.z, 0.0), r2_error = 2 * rho * rho * rho_error;
+  const auto fall = [&](std::size_t c) { return double{table.rho[c][0]} - table.rho[c + 1][0]; };
+  const double rho = table.rho[cell][0] - fall(cell) * (position - double(cell));
+  const double rho_error = fall(cell) * position_error + 4 * half_ulp * rho;
+  const double r2 = std::max(rho * rho - double{centre.z} * centre.z, 0.0), r2_error = 2 * rho * rho_error;
   Radius s{std::sqrt(r2), 0, std::sqrt(r2 + r2_error) - std::sqrt(std::max(r2 - r2_error, 0.0)), 0};
-  s.weight = position < 0 ? 0 : 2 * std::numbers::pi * d.inverse_step * fall(cell) * rho * rho / t;
-  s.weight_error = 2 * rho_error + 4 * half_ulp;
+  s.weight = position < 0 ? 0 : 2 * std::numbers::pi * d.inverse_step * fall(cell) * rho / t;
+  s.weight_error = rho_error / rho + 6 * half_ulp;
   s.maybe_outside = std::fabs(position) < position_error;
   for (const double side : {-1.0, 1.0}) {  // the slope changes from entry to entry
     const auto other = std::size_t(std::clamp(std::floor(position + side * position_error), 0.0, d.entries - 2.0));
@@ -96,22 +94,24 @@ void replay(const LitBench& b, int estimator, std::size_t point, std::uint32_t h
   const ExactView view(light.view);
   const float4 x = b.at[2 * point], centre = b.centres[point * maps.lights.size() + l];
   const glm::dvec3 p = view.frame(exact(x) - view.origin), n_o = view.frame(exact(b.at[2 * point + 1]));
-  const std::uint32_t scramble = kernels::hash_combine(
-      kernels::hash_combine(std::bit_cast<std::uint32_t>(x.w), b.passes.seed), std::uint32_t(2 * l) + half);
+  const std::uint32_t scramble =
+      kernels::hash_combine(kernels::hash_combine(std::bit_cast<std::uint32_t>(x.w) ^ 0x40000000U, b.passes.seed),
+                            std::uint32_t(2 * l) + half);
   const std::uint32_t shift_u = kernels::hash(scramble), shift_v = kernels::hash(scramble ^ 0x68bc21ebU);
   const double scale = light.view.scale;
   for (std::uint32_t j = round * light.samples; j < (round + 1) * light.samples; ++j) {
     const float t = (static_cast<float>((j * R2_STEP_U + shift_u) >> 8) + 0.5F) * 0x1p-24F;
     const double turn = 2 * std::numbers::pi * double((j * R2_STEP_V + shift_v) >> 8) * 0x1p-24;
     const Radius radius = radius_of(b.plan.density, estimator, centre, t);
-    const auto response = [&](double r, glm::dvec2 texel_move, glm::dvec3 move, double n_turn) {
+    const auto response = [&](double r, glm::dvec2 texel_move, glm::dvec3 move, double n_turn, double n_z2_move = 0) {
       const glm::dvec2 at(centre.x + r * std::cos(turn), centre.y + r * std::sin(turn));
       const glm::dvec2 film(at.x * scale + light.view.centre_x, at.y * scale + light.view.centre_y);
       const glm::dvec2 sample(light.sample_x[half], light.sample_y[half]);
       const glm::dvec2 texel = glm::floor(film - sample + 0.5 + texel_move);
       if (texel.x < 0 || texel.y < 0 || texel.x >= light.view.width || texel.y >= light.view.height) return PerMedium{};
       const auto index = std::size_t(texel.y) * light.view.width + std::size_t(texel.x);
-      const float4* data = &b.map[2 * (light.map + half * maps.size * maps.size + index)];
+      MapTexel data(b.map[light.map + half * maps.size * maps.size + index]);
+      data.n.z = std::sqrt(std::max(data.n.z * data.n.z + n_z2_move, 1e-4));
       return texel_response(b.plan, light, data, texel + sample, film, p + move, n_o, n_turn);
     };
     const PerMedium f = response(radius.r, {}, {}, 0);
@@ -127,6 +127,7 @@ void replay(const LitBench& b, int estimator, std::size_t point, std::uint32_t h
       others.push_back(response(radius.r, {side * film_error, 0}, {}, 0));
       others.push_back(response(radius.r, {0, side * film_error}, {}, 0));
       others.push_back(response(radius.r, {}, {}, side * 4 * half_ulp));
+      others.push_back(response(radius.r, {}, {}, 0, side * 5 * half_ulp));  // n_i's z^2 is 1 minus squares
     }
     for (int c = 0; c < 3; ++c) {
       const std::size_t m = b.plan.medium_of[c];
@@ -273,6 +274,32 @@ INSTANTIATE_TEST_SUITE_P(
                     MeanCase{"nearest_sparse", 0, two_media, 128}, MeanCase{"exponential_sparse", 1, two_media, 64},
                     MeanCase{"disc_sparse", 2, medium({0.4, 0.3, 0.3}, {0.02, 0.01, 0.02}, 1.3), 192}),
     [](const auto& tested) { return tested.param.name; });
+
+TEST(Layers, HoldTheSurfaceInTheirOwnFrame) {
+  constexpr std::uint32_t size = 40, texels = size * size;
+  Bench b(scene_of(torus(32, 16)));
+  std::vector<kernels::View> views;
+  for (const glm::dvec3& d : even_directions(5)) views.push_back(orthographic_view(b.points, d, size));
+  make_layers(b.passes, views, size, false);
+  const std::vector<float4> geometry = b.compute.read<float4>(b.passes.layers.geometry, 5 * texels);
+  const std::vector<cl_uint> ids = b.compute.read<cl_uint>(b.passes.layers.ids, 5 * texels);
+  Worst normal, height;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (ids[i] == 0xffffffffU) continue;
+    const ExactView view(views[i / texels]);
+    const std::size_t t = i % texels;
+    const Hit h = hit_triangle(b, ids[i], view, double(t % size) + 0.5, double(t / size) + 0.5);
+    if (h.inside() < 1e-3 || h.cosine < 1e-2) continue;  // the device moves it onto the triangle
+    const std::string where = fmt::format("layer {} texel {}", i / texels, t);
+    normal.add(glm::length(exact(geometry[i]) - view.frame(h.n_g)), where);
+    height.add(std::fabs(geometry[i].w - view.film(h.x).z) * h.cosine, where);
+  }
+  fmt::print("layers: normals {:.2g} ({}), nearness {:.2g} ({})\n", normal.value, normal.where, height.value,
+             height.where);
+  EXPECT_GT(height.value, 0);
+  EXPECT_LE(normal.value, 2e-6) << normal.where;  // twenty roundings, as in the light maps
+  EXPECT_LE(height.value, 2e-6) << height.where;  // nearness is up to 3; positions of size 1, along the slope
+}
 
 TEST(Layers, TwoRunsGiveTheSameBits) {
   std::vector<float4> runs[2];

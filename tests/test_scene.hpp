@@ -2,6 +2,7 @@
 #pragma once
 #include <fmt/format.h>
 
+#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -164,7 +165,7 @@ struct Bench {
     compute.build(plan.options);
     upload_geometry(passes, scene.mesh);
     passes.media = compute.upload(plan.media);
-    passes.log_rho = compute.upload(plan.density.log_rho);
+    passes.rho = compute.upload(plan.density.rho);
     for (const glm::dvec3& x : scene.mesh.positions) points.push_back((x - plan.space.centre) / plan.space.radius);
   }
   /// The mesh's corner as the device has it.
@@ -243,19 +244,32 @@ inline Hit hit_triangle(const Bench& bench, std::uint32_t id, const ExactView& v
   return h;
 }
 
+/// A light map's texel as it was read back, its shading normal unpacked from two signed 16-bit fractions.
+struct MapTexel {
+  explicit MapTexel(const kernels::float4& t) : lit(t.x > -8.0F), height(t.x), slope(t.y, t.z) {
+    const auto bits = std::bit_cast<std::uint32_t>(t.w);
+    n.x = static_cast<std::int16_t>(bits & 0xffffU) / 32767.0;
+    n.y = static_cast<std::int16_t>(bits >> 16) / 32767.0;
+    n.z = std::sqrt(std::max(1 - n.x * n.x - n.y * n.y, 1e-4));
+  }
+  bool lit;
+  double height;
+  glm::dvec2 slope;
+  glm::dvec3 n;
+};
+
 /// S_d T12 of each medium, in double, for light that falls on a light map's texel at a film position and leaves at a
 /// point `p` with normal `n_o`, both in the light's frame. The last entry, of colours without a medium, is 0.
 using PerMedium = std::array<double, 4>;
-inline PerMedium texel_response(const Plan& plan, const kernels::Light& light, const kernels::float4* texel,
-                                glm::dvec2 sample, glm::dvec2 film, glm::dvec3 p, glm::dvec3 n_o,
-                                double turn_of_n_o = 0) {
+inline PerMedium texel_response(const Plan& plan, const kernels::Light& light, const MapTexel& texel, glm::dvec2 sample,
+                                glm::dvec2 film, glm::dvec3 p, glm::dvec3 n_o, double turn_of_n_o = 0) {
   using kernels::real3;
   PerMedium response{};
-  if (!(texel[0].w > 0)) return response;
+  if (!texel.lit) return response;
   const double scale = light.view.scale;
   const glm::dvec3 x_i((film.x - light.view.centre_x) / scale, (film.y - light.view.centre_y) / scale,
-                       texel[0].x + (texel[0].y * (film.x - sample.x) + texel[0].z * (film.y - sample.y)) / scale);
-  const real3 towards{0, 0, 1}, n_i = kernels::bend_normal(real3{texel[1].x, texel[1].y, texel[1].z}, towards);
+                       texel.height + glm::dot(texel.slope, film - sample) / scale);
+  const real3 towards{0, 0, 1}, n_i{texel.n.x, texel.n.y, texel.n.z};
   const real3 w12 = kernels::refract_into(towards, n_i, plan.boundary);
   kernels::DipoleGeometry g =
       kernels::dipole_geometry({p.x - x_i.x, p.y - x_i.y, p.z - x_i.z}, w12, n_i, {n_o.x, n_o.y, n_o.z});
@@ -279,15 +293,14 @@ inline glm::dvec3 quadrature(const Plan& plan, const kernels::Light& light, cons
   }
   PerMedium sum{};
   for (std::uint32_t k = 0; k < light.view.width * light.view.height; ++k) {
-    const kernels::float4* texel = &map[2 * (light.map + k)];
-    if (!(texel[0].w > 0)) continue;
+    const MapTexel texel(map[light.map + k]);
+    if (!texel.lit) continue;
     const glm::dvec2 sample =
         glm::dvec2(k % light.view.width, k / light.view.width) + glm::dvec2(light.sample_x[0], light.sample_y[0]);
     const std::function<void(glm::dvec2, double)> add = [&](glm::dvec2 film, double side) {
-      const glm::dvec2 away = film - sample;
       const glm::dvec3 to((film.x - light.view.centre_x) / scale - p.x, (film.y - light.view.centre_y) / scale - p.y,
-                          texel[0].x + (texel[0].y * away.x + texel[0].z * away.y) / scale - p.z);
-      const double size = side / scale * std::sqrt(1 + texel[0].y * texel[0].y + texel[0].z * texel[0].z);
+                          texel.height + glm::dot(texel.slope, film - sample) / scale - p.z);
+      const double size = side / scale * std::sqrt(1 + glm::dot(texel.slope, texel.slope));
       if (side > 1e-4 && (size > 0.1 * std::max(glm::length(to), floor) || size * sigma_tr > 0.4)) {
         for (int c = 0; c < 4; ++c) add(film + glm::dvec2(c % 2 - 0.5, c / 2 - 0.5) * (0.5 * side), 0.5 * side);
         return;
