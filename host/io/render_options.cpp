@@ -140,7 +140,7 @@ std::vector<RenderOption> make_options() {
       flag("no-pyramids", "don't blur early frames", &Settings::pyramids, false),
       whole("seed", "another seed, another noise", &Settings::seed, 0, any),
       keep(),
-      flag("force", "render even if it looks hopeless", &Settings::force, true),
+      flag("force", "render even if the device's memory seems too small", &Settings::force, true),
   };
 }
 

@@ -136,9 +136,10 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
                texels * (32 + 16 * plan.lights.size()) + film + pixels * 12 + (std::uint64_t{2} << 20);
   const auto mib = [](std::uint64_t b) { return static_cast<double>(b) / 1048576.0; };
   constexpr std::uint64_t index_limit = std::uint64_t{1} << 30;  // texels and triangles are numbered in 32 bits
-  if (all_levels > index_limit || plan.lights.size() * 2 * map > index_limit ||
-      triangles * plan.slots > index_limit / 4 || plan.bytes > device.global_memory / 10 * 9 ||
-      plan.largest > device.max_allocation)
+  const bool too_many = all_levels > index_limit || plan.lights.size() * 2 * map > index_limit ||
+                        triangles * plan.slots > index_limit / 4;
+  const bool too_large = plan.bytes > device.global_memory / 10 * 9 || plan.largest > device.max_allocation;
+  if (too_many || (too_large && !settings.force))
     throw Error(
         ErrorKind::device,
         fmt::format("{}: the scene needs up to {:.0f} MiB, {:.0f} MiB in one buffer, but the device has {:.0f} MiB and "
