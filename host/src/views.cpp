@@ -83,8 +83,10 @@ kernels::View pinhole_view(const Camera& camera, const ObjectSpace& space, glm::
 }
 
 bool needs_clipping(const kernels::View& v) {
-  const double distance = std::hypot(v.origin.x, v.origin.y, v.origin.z);
-  const double nearest = distance - 1.0;
+  const glm::dvec3 eye(v.origin.x, v.origin.y, v.origin.z), back(v.back.x, v.back.y, v.back.z);
+  const double distance = glm::length(eye);
+  const double nearest =
+      glm::dot(eye, back) - 1.0;  // along the view: an object beside or behind the eye isn't in front
   return nearest <= 2.0 * v.near_distance || v.scale * (1.0 + distance) / nearest > guard_pixels;
 }
 
