@@ -277,27 +277,30 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
 double Renderer::estimate() {
   State& s = *state_;
   return with_device_errors(s.compute.info(), [&] {
-    std::vector<cl_uint> levels;
     if (s.plan.pyramids && s.first_estimate) s.level = std::min(s.passes.layers.levels - 1, coarsest_level);
     s.first_estimate = false;
     double shown = INFINITY;
-    // Down while it gets better: the level falls as the image converges, and never rises again.
-    for (;;) {
-      levels.clear();
-      if (s.level > 0) levels.push_back(s.level);
-      if (s.level > 1) levels.push_back(s.level - 1);
+    std::uint32_t best = 0;
+    // All levels from the one shown last on: it falls as the image converges, and never rises again. Two at a time,
+    // beside level 0 that they are compared with.
+    for (std::uint32_t top = s.level;; top -= 2) {
+      std::vector<cl_uint> levels;
+      if (top > 0) levels.push_back(top);
+      if (top > 1) levels.push_back(top - 1);
       levels.push_back(0);
       std::vector<double> worst(levels.size(), 0.0);
       for (std::size_t camera = 0; camera < s.cameras.size(); ++camera) {
         const std::vector<Halves> halves = s.gather_halves(camera, levels, 1);
         for (std::size_t i = 0; i < halves.size(); ++i) worst[i] = std::max(worst[i], estimated_relmse(halves[i]));
       }
-      const std::size_t best = static_cast<std::size_t>(std::min_element(worst.begin(), worst.end()) - worst.begin());
-      shown = worst[best];
-      const bool again = best == 1 && levels.size() == 3;
-      s.level = levels[best];
-      if (!again) break;
+      for (std::size_t i = 0; i < levels.size(); ++i)
+        if (worst[i] < shown) {
+          shown = worst[i];
+          best = levels[i];
+        }
+      if (top <= 2) break;
     }
+    s.level = best;
     s.statistics.estimated_relmse = shown;
     return shown;
   });
