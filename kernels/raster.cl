@@ -84,7 +84,7 @@ __kernel void raster_setup(const View view, __global const float4* restrict posi
   polygon[0] = a;
   polygon[1] = b;
   polygon[2] = c;
-  for (uint k = 0; k < 5; ++k) {
+  for (uint k = view.near_distance > 0.0f ? 0 : 5; k < 5; ++k) {  // orthographic films hold the whole object
     uint m = 0;
     for (uint v = 0; v < n; ++v) {
       const float3 p = polygon[v], q = polygon[v + 1 < n ? v + 1 : 0];

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace parian {
 namespace {
@@ -31,7 +32,13 @@ double log_add(double a, double b) {
 DensityTable density_table(const std::vector<kernels::Medium>& media, double disc_radius) {
   double sigma = INFINITY;  // per object unit
   std::vector<double> sigma_t;
-  for (const auto& m : media) {
+  // Media that don't scatter, or that repeat their neighbour, say nothing of where light goes: whether they are
+  // evaluated or left out, samples are the same.
+  const bool black = std::all_of(media.begin(), media.end(), [](const auto& m) { return m.scale == 0.0F; });
+  for (std::size_t i = 0; i < media.size(); ++i) {
+    const kernels::Medium& m = media[i];
+    if (m.scale == 0.0F && !black) continue;
+    if (i > 0 && std::memcmp(&m, &media[i - 1], sizeof m) == 0) continue;
     sigma = std::min(sigma, double{m.sigma_tr} * m.sigma_t_prime);
     sigma_t.push_back(m.sigma_t_prime);
   }

@@ -25,9 +25,11 @@ void plan_media(Plan& plan, const Scene& scene, const Settings& settings) {
     kernels::Medium medium;
   };
   std::vector<Channel> channels;
+  bool scatters = false;
   for (std::uint32_t c = 0; c < 3; ++c) {
     const ChannelConstants constants = channel_constants(m.sigma_s[c], m.sigma_a[c], m.g[c], m.ior);
     plan.medium_of[c] = 3;
+    scatters = scatters || constants.alpha_prime > 0.0;
     if (!(constants.alpha_prime > 0.0) && !kept(settings, "black-channels")) {
       plan.left_out.push_back({"black-channels", fmt::format("channel {} does not scatter", "RGB"[c]), "evaluations"});
       continue;
@@ -52,8 +54,9 @@ void plan_media(Plan& plan, const Scene& scene, const Settings& settings) {
   if (plan.media.empty()) {
     plan.media.push_back(device_medium(channel_constants(0.0, 1.0, 0.0, m.ior), settings.model, plan.space.radius));
     plan.medium_of = {1, 1, 1};
-    plan.warnings.push_back(fmt::format("material '{}' does not scatter at all: the image is black", m.name));
   }
+  if (!scatters)
+    plan.warnings.push_back(fmt::format("material '{}' does not scatter at all: the image is black", m.name));
 }
 
 void warn_of_scale(Plan& plan, const Scene& scene) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "error.hpp"
 
@@ -101,19 +102,31 @@ std::vector<glm::dvec3> even_directions(std::size_t count) {
 
 SurfacePoints surface_points(const std::vector<glm::dvec3>& positions, const std::vector<glm::uvec3>& triangles,
                              std::size_t count) {
-  std::vector<double> cumulated(triangles.size());
+  // In the order of their places, so that a mesh's own order of triangles doesn't move the points.
+  struct Part {
+    glm::dvec3 a, b, c, sum;
+    double cumulated;
+  };
+  std::vector<Part> parts;
+  parts.reserve(triangles.size());
+  for (const glm::uvec3& t : triangles) {
+    const glm::dvec3 a = positions[t.x], b = positions[t.y], c = positions[t.z];
+    parts.push_back({a, b, c, a + b + c, 0.0});
+  }
+  std::stable_sort(parts.begin(), parts.end(), [](const Part& p, const Part& q) {
+    return std::tie(p.sum.x, p.sum.y, p.sum.z) < std::tie(q.sum.x, q.sum.y, q.sum.z);
+  });
   double area = 0.0;
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const glm::dvec3 a = positions[triangles[t].x], b = positions[triangles[t].y], c = positions[triangles[t].z];
-    area += 0.5 * glm::length(glm::cross(b - a, c - a));
-    cumulated[t] = area;
+  for (Part& p : parts) {
+    area += 0.5 * glm::length(glm::cross(p.b - p.a, p.c - p.a));
+    p.cumulated = area;
   }
   SurfacePoints points;
   std::size_t t = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const double at = area * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
-    while (t + 1 < triangles.size() && cumulated[t] < at) ++t;
-    const glm::dvec3 a = positions[triangles[t].x], b = positions[triangles[t].y], c = positions[triangles[t].z];
+    while (t + 1 < parts.size() && parts[t].cumulated < at) ++t;
+    const auto& [a, b, c, sum, cumulated] = parts[t];
     double u = std::fmod(static_cast<double>(i) * 0.7548776662466927, 1.0);
     double v = std::fmod(static_cast<double>(i) * 0.5698402909980532, 1.0);
     if (u + v > 1.0) {

@@ -1,0 +1,163 @@
+// The estimated error: its formula on made-up halves, and whole renders against references of a hundred times the
+// samples.
+#include "estimate.hpp"
+
+#include <random>
+
+#include "test_render.hpp"
+
+namespace parian {
+namespace {
+
+using namespace test;
+
+/// Halves of a flat picture with noise of variance `noise` in A and B, of `noise_0` in A0 and B0, and a blur that is
+/// off by `blur`; level 0 is unbiased.
+Halves made_up(std::size_t pixels, double noise, double noise_0, double blur, unsigned seed) {
+  std::mt19937 engine(seed);
+  std::normal_distribution<double> normal;
+  Halves h;
+  const auto draw = [&](double variance, double mean) {
+    glm::vec3 v;
+    for (int c = 0; c < 3; ++c) v[c] = static_cast<float>(mean + std::sqrt(variance) * normal(engine));
+    return v;
+  };
+  for (std::size_t i = 0; i < pixels; ++i) {
+    h.a.push_back(draw(noise, 1.0 + blur));
+    h.b.push_back(draw(noise, 1.0 + blur));
+    h.a0.push_back(draw(noise_0, 1.0));
+    h.b0.push_back(draw(noise_0, 1.0));
+    h.alpha.push_back(1.0F);
+  }
+  return h;
+}
+
+TEST(Estimate, is_variance_plus_squared_blur) {
+  // Standard error of the mean over 3e5 values: 0.3 %; C varies with A and B, which moves the mean by up to 0.2 %.
+  EXPECT_NEAR(estimated_relmse(made_up(100000, 1e-4, 1e-4, 0.0, 1)) / 5e-5, 1.0, 0.01);
+  EXPECT_NEAR(estimated_relmse(made_up(100000, 1e-6, 1e-4, 0.1, 2)) / (0.01 / 1.21), 1.0, 0.01);
+  EXPECT_NEAR(estimated_relmse(made_up(100000, 1e-4, 1e-4, 0.1, 3)) / (0.01005 / 1.21), 1.0, 0.01);
+}
+
+TEST(Estimate, limits) {
+  EXPECT_EQ(estimated_relmse({}), 0.0);
+  Halves h = made_up(100, 0.0, 0.0, 0.0, 1);
+  EXPECT_EQ(estimated_relmse(h), 0.0);
+  h.b[7].y = 3.0F;  // 1 + 1 of (3 - 1)^2 / 4 and (A - A0)(B - B0) = 0, over C^2 = 4
+  EXPECT_NEAR(estimated_relmse(h), 1.0 / 4.0 / 300.0, 1e-6);
+  h.alpha[7] = 0.9F;  // edges don't count
+  EXPECT_EQ(estimated_relmse(h), 0.0);
+  for (float& alpha : h.alpha) alpha = 0.0F;
+  EXPECT_EQ(estimated_relmse(h), 0.0);
+}
+
+struct Case {
+  const char* name;
+  Scene scene;
+  Settings settings;
+  std::set<std::uint32_t> frames;  ///< when truth and estimate are compared
+};
+
+struct Honesty {
+  double log_sum = 0.0, least = INFINITY, most = 0.0;
+  int count = 0;
+  void add(double ratio) {
+    log_sum += std::log(ratio);
+    least = std::min(least, ratio);
+    most = std::max(most, ratio);
+    ++count;
+  }
+  [[nodiscard]] double mean() const { return std::exp(log_sum / count); }
+};
+
+// True relMSE over estimated relMSE, of images as the command line writes them. The reference has 100 times the samples
+// of the longest run and another seed; layers and film are the same, so that only sampling differs, which is what the
+// estimate is of. The heavy tails of few samples and the noise in the estimate's own C leave a factor of two in the
+// mean; one run on a few hundred pixels that share their layers' texels may be off by three. While the true relMSE is
+// above some percent, the estimate is too low by more, since pixels that are too bright raise C^2 as well.
+void expect_honest(const Case& c, std::uint32_t seeds) {
+  const std::uint32_t longest = *c.frames.rbegin();
+  Settings settings = c.settings;
+  settings.pyramids = false;
+  settings.seed = 4242;
+  const std::uint32_t more = std::max(1U, 128 / settings.samples);
+  settings.samples *= more;
+  Renderer reference_renderer(c.scene, settings, device_selector());
+  while (reference_renderer.frames() * more < 100 * longest) reference_renderer.frame();
+  const Image reference = reference_renderer.image(0);
+  for (const bool pyramids : {false, true}) {
+    std::map<std::uint32_t, Honesty> at;
+    for (std::uint32_t seed = 0; seed < seeds; ++seed) {
+      settings = c.settings;
+      settings.pyramids = pyramids;
+      settings.seed = seed;
+      Renderer renderer(c.scene, settings, device_selector());
+      while (renderer.frames() < longest) {
+        renderer.frame();
+        if (renderer.checkpoint()) renderer.estimate();
+        const std::uint32_t n = renderer.frames();
+        if (!c.frames.contains(n)) continue;
+        const Image image = renderer.image(0);
+        const double truth = relmse(image, reference), estimated = renderer.statistics().estimated_relmse;
+        at[n].add(truth / estimated);
+        EXPECT_GT(truth / estimated, 1.0 / 3.0) << c.name << ", " << n << " frames, seed " << seed << ": " << truth;
+        EXPECT_LT(truth / estimated, 3.0) << c.name << ", " << n << " frames, seed " << seed << ": " << truth;
+        if (seed == 0)
+          fmt::print("{}, {} pyramids, {:2} frames: {:.3g} true, {:.3g} estimated\n", c.name, pyramids ? "with" : "no",
+                     n, truth, estimated);
+      }
+    }
+    for (const auto& [n, honesty] : at) {
+      fmt::print("{}, {} pyramids, {:2} frames: true / estimated {:.2f}, from {:.2f} to {:.2f}\n", c.name,
+                 pyramids ? "with" : "no", n, honesty.mean(), honesty.least, honesty.most);
+      EXPECT_GT(honesty.mean(), 0.5) << c.name << ", " << n;
+      EXPECT_LT(honesty.mean(), 2.0) << c.name << ", " << n;
+    }
+  }
+}
+
+TEST(Estimate, is_honest_of_marble_lit_from_behind) {
+  const Scene scene = scene_of(model("torus"), find_material("marble"));
+  expect_honest({"marble torus", scene, small_settings(), {2, 8, 32}}, 4);
+}
+
+// So noisy that coarser pyramid levels are shown.
+TEST(Estimate, is_honest_of_few_samples) {
+  Settings settings = small_settings();
+  settings.samples = 2;
+  settings.layer_size = 96;
+  settings.layers = 8;
+  const Scene scene = scene_of(model("concave"), find_material("marble"));
+  expect_honest({"2 samples, concave", scene, settings, {32, 128}}, 4);
+}
+
+TEST(Estimate, is_honest_of_skin_lit_twice) {
+  Settings settings = small_settings();
+  settings.samples = 64;
+  settings.layer_size = 48;
+  Scene scene = scene_of(model("sphere"), find_material("skin2"), {48, 48});
+  scene.lights.push_back({{-0.8, 0.35, 0.5}, {0.5, 0.7, 1.5}});
+  expect_honest({"skin2 sphere", scene, settings, {4, 16}}, 4);
+}
+
+// Noise of few samples becomes blur, and less error: a level between the finest and the coarsest is best.
+TEST(Estimate, pyramids_help_where_samples_are_few) {
+  const Scene scene = scene_of(model("concave"), find_material("marble"));
+  Settings settings = small_settings();
+  settings.layer_size = 96;
+  settings.pyramids = false;
+  settings.samples = 512;
+  const Image reference = render(scene, settings, 8).image;
+  settings.samples = 2;
+  double error[2] = {};
+  for (const bool pyramids : {false, true})
+    for (settings.seed = 1; settings.seed <= 4; ++settings.seed) {
+      settings.pyramids = pyramids;
+      error[pyramids] += relmse(render(scene, settings, 2).image, reference) / 4;
+    }
+  fmt::print("2 frames of 2 samples: relMSE {:.3g} without pyramids, {:.3g} with\n", error[0], error[1]);
+  EXPECT_LT(error[1], 0.6 * error[0]);
+}
+
+}  // namespace
+}  // namespace parian
