@@ -313,8 +313,10 @@ Image Renderer::image(std::size_t camera) {
     if (s.level > 0) levels.push_back(s.level);
     levels.push_back(0);
     const std::vector<Halves> halves = s.gather_halves(camera, levels, subpixel_positions);
-    const Halves& h = halves.front();
-    s.statistics.estimated_relmse = std::max(camera == 0 ? 0.0 : s.statistics.estimated_relmse, estimated_relmse(h));
+    // Checkpoints look at one position a pixel; over many of them level 0 may be the better one after all.
+    const double coarse = estimated_relmse(halves.front()), fine = estimated_relmse(halves.back());
+    const Halves& h = coarse < fine ? halves.front() : halves.back();
+    s.statistics.estimated_relmse = std::max(camera == 0 ? 0.0 : s.statistics.estimated_relmse, std::min(coarse, fine));
     Image image{s.scene.film.x, s.scene.film.y, {}};
     image.rgba.reserve(h.alpha.size() * 4);
     for (std::size_t i = 0; i < h.alpha.size(); ++i) {
