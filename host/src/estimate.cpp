@@ -15,16 +15,18 @@ double estimated_relmse(const Halves& h) {
   }
   if (count == 0 || !(mean > 0.0)) return 0.0;
   const double epsilon = 0.01 * mean / static_cast<double>(count);
-  double sum = 0.0;
+  double variance = 0.0, blur = 0.0;
   for (std::size_t i = 0; i < h.alpha.size(); ++i) {
     if (h.alpha[i] < 0.999F) continue;
     for (int c = 0; c < 3; ++c) {
       const double a = h.a[i][c], b = h.b[i][c], shown = 0.5 * (a + b);
-      const double squared = 0.25 * (a - b) * (a - b) + (a - double{h.a0[i][c]}) * (b - double{h.b0[i][c]});
-      sum += squared / (shown * shown + epsilon * epsilon);
+      const double weight = 1.0 / (shown * shown + epsilon * epsilon);
+      variance += weight * 0.25 * (a - b) * (a - b);
+      blur += weight * (a - double{h.a0[i][c]}) * (b - double{h.b0[i][c]});
     }
   }
-  return std::max(sum / static_cast<double>(count), 0.0);
+  // Noise may drive the estimate of the squared blur below 0, where no square is.
+  return (variance + std::max(blur, 0.0)) / static_cast<double>(count);
 }
 
 }  // namespace parian
