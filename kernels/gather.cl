@@ -100,7 +100,7 @@ static float transmittance_to(View view, Surface s, Boundary boundary) {  // T21
   return LANE(fresnel_transmittance(real3_dot(bend_normal(n, w_o), w_o), boundary), 0);
 }
 
-// Marks the level-0 texels that a view reads.
+// Marks the level-0 texels that a view reads: many work-items may write one mark, all of them the same 1.
 __kernel void gather_mark(const View view, const Window window, __global const uint* restrict ids,
                           __global const float4* restrict positions, __global const uint* restrict triangles,
                           __global const float* restrict normals, __constant View* layer_views,

@@ -24,7 +24,6 @@ KERNEL_HEADER_BEGIN
 using real = double;
 using mask = bool;
 using uint = std::uint32_t;
-using ulong = std::uint64_t;
 using i64 = std::int64_t;
 struct alignas(16) float4 {
   float x, y, z, w;
@@ -151,7 +150,6 @@ SHARED real3 real3_make(real x, real y, real z) {
   v.z = z;
   return v;
 }
-SHARED real3 real3_add(real3 a, real3 b) { return real3_make(a.x + b.x, a.y + b.y, a.z + b.z); }
 SHARED real3 real3_sub(real3 a, real3 b) { return real3_make(a.x - b.x, a.y - b.y, a.z - b.z); }
 SHARED real3 real3_scale(real3 a, real s) { return real3_make(a.x * s, a.y * s, a.z * s); }
 SHARED real3 real3_madd(real3 a, real3 b, real s) {  // a + b s

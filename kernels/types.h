@@ -1,4 +1,5 @@
-// Every struct that crosses between host and device: float, uint and float4 only, sizes in multiples of 16 bytes.
+// Every struct that crosses between host and device: scalars of 32 bits and float4 only, sizes in multiples of 16
+// bytes.
 #ifndef PARIAN_TYPES_H
 #define PARIAN_TYPES_H
 #include "portable.h"

@@ -47,8 +47,13 @@ TEST(Estimate, limits) {
   EXPECT_NEAR(estimated_relmse(h), 1.0 / 4.0 / 300.0, 1e-6);
   h.alpha[7] = 0.9F;  // edges don't count
   EXPECT_EQ(estimated_relmse(h), 0.0);
+  for (float& alpha : h.alpha) alpha = 0.9F;
+  EXPECT_EQ(estimated_relmse(h), -1.0);  // edges alone: not known
   for (float& alpha : h.alpha) alpha = 0.0F;
   EXPECT_EQ(estimated_relmse(h), 0.0);
+  h = made_up(100, 0.0, 0.0, 0.0, 1);
+  h.a[3].x = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(estimated_relmse(h), std::numeric_limits<double>::infinity());  // NaN never counts as converged
 }
 
 struct Case {

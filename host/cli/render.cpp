@@ -143,11 +143,11 @@ std::vector<std::string> write_images(Renderer& renderer, const Input& input, co
   notes.device = renderer.device().name;
   notes.settings = fmt::format("material={} {}", input.scene.material.name, describe(input.settings));
   notes.frames = renderer.frames();
-  notes.estimated_relmse = renderer.statistics().estimated_relmse;
   std::vector<std::string> written;
   const bool many = !options.input.cameras.empty();
   for (std::size_t camera = 0; camera < input.scene.cameras.size(); ++camera) {
     const Image image = renderer.image(camera);
+    notes.estimated_relmse = image.estimated_relmse;
     for (const std::string& output : options.outputs) {
       written.push_back(many ? numbered(output, camera) : output);
       write_image(written.back(), image, notes, exposure);

@@ -47,7 +47,8 @@ std::string statistics_json(const Statistics& statistics, const DeviceInfo& devi
   json["estimated_bias_relmse"] = known(statistics.estimated_bias_relmse);
   json["evaluations"] = statistics.evaluations;
   json["seconds"] = stages(statistics.seconds);
-  json["kernel_seconds"] = statistics.kernel_seconds_known ? stages(statistics.kernel_seconds) : Json(nullptr);
+  json["kernel_seconds"] = stages(statistics.kernel_seconds);
+  for (const char* host_only : {"load", "compile", "read"}) json["kernel_seconds"].erase(host_only);
   json["layers"] = {{"count", statistics.layers_count},
                     {"size", statistics.layers_size},
                     {"covered", statistics.layers_covered},

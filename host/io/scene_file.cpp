@@ -94,7 +94,8 @@ SceneObject read_object(const toml::table& node, const std::filesystem::path& pa
   table.finish();
   if (!mesh) table.fail("", "the object has no mesh; add mesh = \"FILE\"");
   object.mesh = path.parent_path() / *mesh;
-  if (!std::filesystem::exists(object.mesh)) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(object.mesh, ignored)) {
     table.fail("mesh",
                fmt::format("there is no file '{}'; paths are relative to the scene's file", object.mesh.string()));
   }

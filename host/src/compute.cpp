@@ -19,7 +19,25 @@ std::string trimmed(std::string s) {
   return s;
 }
 
-/// All devices with their handles. A platform without devices, or one that fails to list them, is passed over.
+DeviceInfo describe(const cl::Platform& platform, const cl::Device& device) {
+  DeviceInfo info;
+  info.name = trimmed(device.getInfo<CL_DEVICE_NAME>());
+  info.platform = trimmed(platform.getInfo<CL_PLATFORM_NAME>());
+  info.vendor = trimmed(device.getInfo<CL_DEVICE_VENDOR>());
+  info.driver = trimmed(device.getInfo<CL_DRIVER_VERSION>());
+  info.version = trimmed(device.getInfo<CL_DEVICE_VERSION>());
+  const cl_device_type type = device.getInfo<CL_DEVICE_TYPE>();
+  info.type = type & CL_DEVICE_TYPE_GPU ? "GPU" : type & CL_DEVICE_TYPE_CPU ? "CPU" : "accelerator";
+  info.compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
+  // CPU drivers report preferred widths that fit flat kernels; loops over samples want eight lanes everywhere.
+  const bool cpu = info.type == "CPU" || lower(info.name).find("llvmpipe") != std::string::npos;
+  info.vector_width = cpu ? 8 : 1;
+  info.global_memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
+  info.max_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
+  return info;
+}
+
+/// All devices that can compile kernels, with their handles. What doesn't answer is passed over.
 std::vector<std::pair<DeviceInfo, cl::Device>> all_devices() {
   std::vector<std::pair<DeviceInfo, cl::Device>> found;
   std::vector<cl::Platform> platforms;
@@ -32,26 +50,13 @@ std::vector<std::pair<DeviceInfo, cl::Device>> all_devices() {
     std::vector<cl::Device> devices;
     try {
       platform.getDevices(CL_DEVICE_TYPE_ALL, &devices);
+      for (const cl::Device& device : devices) {
+        if (!device.getInfo<CL_DEVICE_AVAILABLE>() || !device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>()) continue;
+        found.emplace_back(describe(platform, device), device);
+        found.back().first.index = static_cast<std::uint32_t>(found.size() - 1);
+      }
     } catch (const cl::Error&) {
       continue;
-    }
-    for (const cl::Device& device : devices) {
-      DeviceInfo info;
-      info.index = static_cast<std::uint32_t>(found.size());
-      info.name = trimmed(device.getInfo<CL_DEVICE_NAME>());
-      info.platform = trimmed(platform.getInfo<CL_PLATFORM_NAME>());
-      info.vendor = trimmed(device.getInfo<CL_DEVICE_VENDOR>());
-      info.driver = trimmed(device.getInfo<CL_DRIVER_VERSION>());
-      info.version = trimmed(device.getInfo<CL_DEVICE_VERSION>());
-      const cl_device_type type = device.getInfo<CL_DEVICE_TYPE>();
-      info.type = type & CL_DEVICE_TYPE_GPU ? "GPU" : type & CL_DEVICE_TYPE_ACCELERATOR ? "accelerator" : "CPU";
-      info.compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
-      // CPU drivers report preferred widths that fit flat kernels; loops over samples want eight lanes everywhere.
-      const bool cpu = info.type == "CPU" || lower(info.name).find("llvmpipe") != std::string::npos;
-      info.vector_width = cpu ? 8 : 1;
-      info.global_memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
-      info.max_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
-      found.emplace_back(info, device);
     }
   }
   return found;
@@ -87,8 +92,6 @@ std::vector<DeviceInfo> list_devices() {
   for (const auto& d : all_devices()) infos.push_back(d.first);
   return infos;
 }
-
-DeviceInfo choose_device(const std::string& selector) { return pick(selector).first; }
 
 std::string describe_cl_error(const cl::Error& error) {
   std::string name, remedy = "run 'parian devices', or choose another with --device";
@@ -137,10 +140,6 @@ void Compute::build(const std::string& options) {
 }
 
 cl::Buffer Compute::allocate(std::size_t bytes) {
-  if (bytes > info_.max_allocation)
-    throw Error(ErrorKind::device, info_.name + ": a buffer of " + std::to_string(bytes >> 20) +
-                                       " MiB exceeds the device's " + std::to_string(info_.max_allocation >> 20) +
-                                       " MiB; lower --layer-size, --layers or --light-map-size");
   cl::Buffer b(context_, CL_MEM_READ_WRITE, bytes);
   bytes_ += bytes;
   peak_ = std::max(peak_, bytes_);
@@ -167,7 +166,6 @@ void Compute::enqueue(const cl::Kernel& kernel, std::size_t items, Stage stage) 
   cl::Event event;
   queue_.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(local_size), nullptr, &event);
   running_.emplace_back(std::move(event), stage);
-  ++launches_;
   if (running_.size() >= 4096) finish();
 }
 

@@ -1,6 +1,7 @@
 // One OpenCL device at work: context, queue, program, buffers and launches, with their times and sizes counted.
 #pragma once
 #include <CL/opencl.hpp>
+#include <algorithm>
 #include <map>
 #include <string>
 #include <utility>
@@ -18,7 +19,7 @@ class Compute {
  public:
   static constexpr std::size_t local_size = 64;  ///< of every launch: drivers compile each size anew
 
-  /// Opens the device that `selector` means (choose_device).
+  /// Opens the device that `selector` means, as Renderer describes it.
   explicit Compute(const std::string& selector);
   /// Compiles all kernels with `options`. Throws Error(device) with the compiler's first error.
   void build(const std::string& options);
@@ -63,7 +64,6 @@ class Compute {
   [[nodiscard]] const DeviceInfo& info() const { return info_; }
   [[nodiscard]] const std::map<Stage, double>& kernel_seconds() const { return seconds_; }
   [[nodiscard]] std::uint64_t bytes_peak() const { return peak_; }
-  [[nodiscard]] std::uint64_t launches() const { return launches_; }
 
  private:
   cl::Buffer allocate(std::size_t bytes);
@@ -78,7 +78,7 @@ class Compute {
   std::map<std::string, cl::Kernel> kernels_;
   std::vector<std::pair<cl::Event, Stage>> running_;
   std::map<Stage, double> seconds_;
-  std::uint64_t bytes_ = 0, peak_ = 0, launches_ = 0;
+  std::uint64_t bytes_ = 0, peak_ = 0;
 };
 
 /// Runs `f`, turning OpenCL's errors into Error(device) with what was being done and the remedy.

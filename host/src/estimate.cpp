@@ -2,6 +2,8 @@
 #include "estimate.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace parian {
 
@@ -13,7 +15,10 @@ double estimated_relmse(const Halves& h) {
     for (int c = 0; c < 3; ++c) mean += 0.5 * (double{h.a[i][c]} + double{h.b[i][c]});
     count += 3;
   }
-  if (count == 0 || !(mean > 0.0)) return 0.0;
+  if (count == 0)  // an empty film is exact; edges alone tell nothing
+    return std::any_of(h.alpha.begin(), h.alpha.end(), [](float alpha) { return alpha > 0.0F; }) ? -1.0 : 0.0;
+  if (!std::isfinite(mean)) return std::numeric_limits<double>::infinity();  // a NaN must never count as converged
+  if (mean <= 0.0) return 0.0;
   const double epsilon = 0.01 * mean / static_cast<double>(count);
   double variance = 0.0, blur = 0.0;
   for (std::size_t i = 0; i < h.alpha.size(); ++i) {
@@ -25,6 +30,7 @@ double estimated_relmse(const Halves& h) {
       blur += weight * (a - double{h.a0[i][c]}) * (b - double{h.b0[i][c]});
     }
   }
+  if (!std::isfinite(variance + blur)) return std::numeric_limits<double>::infinity();
   // Noise may drive the estimate of the squared blur below 0, where no square is.
   return (variance + std::max(blur, 0.0)) / static_cast<double>(count);
 }

@@ -13,7 +13,8 @@ struct Halves {
 
 /// Estimated relMSE: the mean over pixels with alpha >= 0.999 and over RGB of ((A-B)^2/4 + (A-A0)(B-B0)) / (C^2+eps^2),
 /// C = (A+B)/2, eps = 0.01 x mean of C; the mean of the second term, a squared blur, counts as at least 0. The result
-/// is 0 where there is no such pixel or no light.
+/// is 0 where nothing is covered or all is black, -1 (not known) where only edges are covered, and infinite where a
+/// value is not finite.
 [[nodiscard]] double estimated_relmse(const Halves& h);
 
 }  // namespace parian

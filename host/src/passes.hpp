@@ -39,7 +39,6 @@ struct Layers {
 /// The camera's film: halves A and B for up to three pyramid levels, and the list of pixels that no layer sees.
 struct Film {
   cl::Buffer depth, ids, sums, direct, n_direct;
-  cl_uint sets = 1;
 };
 
 /// What all passes share.

@@ -93,7 +93,8 @@ void plan_lights(Plan& plan, const Scene& scene, const Settings& settings) {
     const DirectionalLight& light = scene.lights[i];
     const double e = light.irradiance.x + light.irradiance.y + light.irradiance.z;
     if (!(e > 0.0) && !kept(settings, "dark-lights")) {
-      plan.left_out.push_back({"dark-lights", fmt::format("light {} has no irradiance", i + 1), "evaluations"});
+      plan.left_out.push_back({"dark-lights", fmt::format("light {} has no irradiance: no maps of it", i + 1), "bytes",
+                               static_cast<double>(settings.light_map_size) * settings.light_map_size * (2 * 16 + 11)});
       continue;
     }
     plan.lights.push_back({light, 1});
@@ -133,7 +134,7 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
   const std::uint64_t records = triangles * plan.slots * sizeof(kernels::RasterTriangle);
   const std::uint64_t maps = plan.lights.size() * 2 * map * 16;
   const std::uint64_t values = all_levels * 32, film = pixels * 32 * 3;
-  plan.largest = std::max({records, maps, values, film, texels * 32});
+  plan.largest = std::max({records, maps, values, film, texels * 32, texels * 16 * plan.lights.size()});
   plan.bytes = scene.mesh.positions.size() * 16 + triangles * (12 + 36) + records + triangles * plan.slots * 4 + maps +
                plan.lights.size() * map * 11 + map * 8 + texels * 12 + all_levels * 20 + values +
                texels * (32 + 16 * plan.lights.size()) + film + pixels * 12 + (std::uint64_t{2} << 20);
@@ -173,6 +174,8 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
                   fmt::format("--keep {}: nothing of that name is ever left out; choose all or one of {}", name,
                               fmt::join(omissions, ", ")));
   if (scene.mesh.triangles.empty()) throw Error(ErrorKind::input, "the mesh has no triangle with area; check the file");
+  if (std::uint64_t{settings.frames} * settings.samples >= std::uint64_t{1} << 32)
+    throw Error(ErrorKind::usage, "--frames times --samples must stay below 2^32, where sample numbers end; lower one");
   Plan plan;
   plan.space = object_space(scene.mesh.positions);
   plan.warnings = scene.mesh.warnings;
@@ -193,18 +196,18 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
                              false});
   plan.pyramids = settings.pyramids && settings.layer_size > 1 && settings.gather != Gather::camera;
 
-  std::uint32_t lanes = device.vector_width;
-  if (lanes > 1) {  // no wider than the samples that one light gets in a frame
+  plan.lanes = device.vector_width;
+  if (plan.lanes > 1) {  // no wider than the samples that one light gets in a frame
     std::uint32_t most = 0;
     for (const auto& light : plan.lights) most = std::max(most, light.samples);
-    if (most <= 4) lanes = 4;
+    if (most <= 4) plan.lanes = 4;
   }
   const int estimator = settings.estimator == Estimator::radial ? 1 : settings.estimator == Estimator::disc ? 2 : 0;
   plan.options = fmt::format(
       "-cl-std=CL1.2 -DVW={} -DMODEL={} -DESTIMATOR={} -DLIGHTS={} -DMEDIA={} -DMEDIUM_R={} -DMEDIUM_G={} "
       "-DMEDIUM_B={} "
       "-DSLOTS={}",
-      lanes, static_cast<int>(settings.model), estimator, plan.lights.size(), plan.media.size(), plan.medium_of[0],
+      plan.lanes, static_cast<int>(settings.model), estimator, plan.lights.size(), plan.media.size(), plan.medium_of[0],
       plan.medium_of[1], plan.medium_of[2], plan.slots);
   plan_memory(plan, scene, settings, device);
   return plan;

@@ -28,6 +28,7 @@ struct Plan {
   bool clipping = false;
   bool pyramids = true;
   std::uint32_t slots = 1;         ///< set-up records per triangle
+  std::uint32_t lanes = 1;         ///< samples side by side in pass 2
   std::string options;             ///< of the OpenCL compiler
   std::uint64_t bytes = 0;         ///< upper bound of device memory
   std::uint64_t largest = 0;       ///< largest buffer, bytes

@@ -52,9 +52,10 @@ struct Renderer::State {
   std::uint32_t level = 0;  // of the pyramids, as shown by the last estimate
   bool first_estimate = true;
 
-  double direct_evaluations = 0.0;  // at pixels that no layer sees
-  std::uint32_t redraws = 0;        // of the light maps, after the first
-  std::uint32_t unbuilt = 0;        // pyramid levels that nothing read
+  std::uint64_t fallback_pixels = 0;  // of the last gather
+  double direct_evaluations = 0.0;    // at pixels that no layer sees
+  std::uint32_t redraws = 0;          // of the light maps, after the first
+  std::uint32_t unbuilt = 0;          // pyramid levels that nothing read
 
   void prepare();
   void plan_layers();
@@ -110,10 +111,7 @@ std::uint32_t Renderer::State::samples_per_frame() const {
 
 /// One subpixel position tells a pixel's error where texels are larger than pixels; elsewhere about one per texel does.
 std::uint32_t Renderer::State::positions_of_estimate(std::size_t camera) const {
-  if (passes.layers.views.empty()) return 1;
-  const kernels::View& v = cameras[camera];
-  const double pixels_per_unit = v.scale / std::hypot(v.origin.x, v.origin.y, v.origin.z);
-  const double texels = passes.layers.views.front().scale / std::max(pixels_per_unit, 1e-6);
+  const double texels = texels_per_pixel(passes.layers, cameras[camera]);
   return static_cast<std::uint32_t>(std::clamp(std::ceil(texels * texels), 1.0, 16.0));
 }
 
@@ -155,6 +153,9 @@ void Renderer::State::plan_layers() {
   leave_out("unread-texels",
             fmt::format("{} of {} covered texels are read by no camera", covered - needed.size(), covered),
             "evaluations", static_cast<double>(covered - needed.size()) * samples_per_frame() * plan.channels());
+  for (Omission& o : plan.left_out)
+    if (o.what == "equal-channels" || o.what == "black-channels")
+      o.count = static_cast<double>(needed.size()) * samples_per_frame();
   statistics.layers_count = passes.layers.count();
   statistics.layers_size = settings.layer_size;
   statistics.layers_texels = covered;
@@ -172,8 +173,8 @@ std::vector<std::string> Renderer::explanation() const {
   const State& s = *state_;
   const Statistics& t = statistics();
   std::vector<std::string> lines;
-  lines.push_back(fmt::format("device    {} ({}), {} lanes", s.compute.info().name, s.compute.info().platform,
-                              s.compute.info().vector_width));
+  lines.push_back(
+      fmt::format("device    {} ({}), {} lanes", s.compute.info().name, s.compute.info().platform, s.plan.lanes));
   lines.push_back(fmt::format("mesh      {} triangles", s.scene.mesh.triangles.size()));
   lines.push_back(fmt::format("material  {}: {} distinct scattering channel{}", s.scene.material.name,
                               s.plan.channels(), s.plan.channels() == 1 ? "" : "s"));
@@ -283,7 +284,7 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
       }
   }
   direct_evaluations += static_cast<double>(direct) * rounds * samples_per_frame() * plan.channels();
-  statistics.fallback_pixels = (direct + positions - 1) / positions;  // of the last gather, which is the image's
+  fallback_pixels = (direct + positions - 1) / positions;
   for (Halves& h : halves) {
     h.a0 = halves.back().a;
     h.b0 = halves.back().b;
@@ -308,7 +309,7 @@ double Renderer::estimate() {
       if (level > 0) levels.push_back(level);
       if (level > 1) levels.push_back(level - 1);
       levels.push_back(0);
-      std::vector<double> worst(levels.size(), 0.0);
+      std::vector<double> worst(levels.size(), -1.0);
       for (std::size_t camera = 0; camera < s.cameras.size(); ++camera) {
         const std::vector<Halves> halves = s.gather_halves(camera, levels, s.positions_of_estimate(camera));
         for (std::size_t i = 0; i < halves.size(); ++i) worst[i] = std::max(worst[i], estimated_relmse(halves[i]));
@@ -318,7 +319,7 @@ double Renderer::estimate() {
           best = worst[i];
           s.level = levels[i];
         }
-      if (level <= stop + 1 || level < 2) break;
+      if (level <= stop + 1 || level <= 2) break;
     }
     s.statistics.estimated_relmse = best;
     return best;
@@ -334,9 +335,11 @@ Image Renderer::image(std::size_t camera) {
     const std::vector<Halves> halves = s.gather_halves(camera, levels, subpixel_positions);
     // Checkpoints look at one position a pixel; over many of them level 0 may be the better one after all.
     const double coarse = estimated_relmse(halves.front()), fine = estimated_relmse(halves.back());
+    s.statistics.fallback_pixels = s.fallback_pixels + (camera == 0 ? 0 : s.statistics.fallback_pixels);
     const Halves& h = coarse < fine ? halves.front() : halves.back();
-    s.statistics.estimated_relmse = std::max(camera == 0 ? 0.0 : s.statistics.estimated_relmse, std::min(coarse, fine));
-    Image image{s.scene.film.x, s.scene.film.y, {}};
+    Image image{s.scene.film.x, s.scene.film.y, {}, std::min(coarse, fine)};
+    s.statistics.estimated_relmse =
+        camera == 0 ? image.estimated_relmse : std::max(s.statistics.estimated_relmse, image.estimated_relmse);
     image.rgba.reserve(h.alpha.size() * 4);
     for (std::size_t i = 0; i < h.alpha.size(); ++i) {
       for (int c = 0; c < 3; ++c) {
@@ -349,6 +352,9 @@ Image Renderer::image(std::size_t camera) {
       }
       image.rgba.push_back(h.alpha[i]);
     }
+    if (s.statistics.nonfinite > 0 && s.statistics.warnings.size() == s.plan.warnings.size())
+      s.statistics.warnings.push_back(
+          "some values were not finite or negative and were set to 0: the device or its driver computes wrongly");
     return image;
   });
 }
@@ -375,13 +381,13 @@ const Statistics& Renderer::statistics() const {
                           static_cast<double>(s.unbuilt), false});
   t.bytes_peak = s.compute.bytes_peak();
   t.kernel_seconds = {};
-  t.kernel_seconds_known = true;
   for (const auto& [stage, seconds] : s.compute.kernel_seconds()) {
     if (stage == Stage::plan) t.kernel_seconds.plan = seconds;
     if (stage == Stage::light_map) t.kernel_seconds.light_map = seconds;
     if (stage == Stage::layers) t.kernel_seconds.layers = seconds;
     if (stage == Stage::pyramids) t.kernel_seconds.pyramids = seconds;
     if (stage == Stage::gather) t.kernel_seconds.gather = seconds;
+    t.kernel_seconds.total += seconds;
   }
   return t;
 }

@@ -20,13 +20,11 @@ struct DeviceInfo {
 /// All devices of all platforms, in the order that the ICD loader gives them; empty when there is none.
 [[nodiscard]] std::vector<DeviceInfo> list_devices();
 
-/// The device that `selector` means: an index, a case-insensitive part of "NAME PLATFORM", or empty for the default
-/// (a GPU before an accelerator before a CPU, more compute units first). Throws Error(device) when none fits.
-[[nodiscard]] DeviceInfo choose_device(const std::string& selector);
-
 class Renderer {
  public:
-  /// Plans and compiles for `scene` on the device that `selector` means. Throws Error(input) for a scene that can't be
+  /// Plans and compiles for `scene` on the device that `selector` means: an index, a case-insensitive part of
+  /// "NAME PLATFORM", or empty for the default (a GPU before an accelerator before a CPU, then the most compute units).
+  /// Throws Error(input) for a scene that can't be
   /// rendered and Error(device) when the device is missing, too small, or refuses.
   Renderer(const Scene& scene, const Settings& settings, const std::string& selector);
   ~Renderer();
@@ -41,7 +39,8 @@ class Renderer {
   [[nodiscard]] std::uint32_t frames() const;
   /// True after frames 1, 2, 3, 4, 6, 8, 12, 16, ...: when an estimate is due.
   [[nodiscard]] bool checkpoint() const;
-  /// Gathers the image and estimates its relMSE (sampling error, blur included). Waits.
+  /// Gathers the image and estimates its relMSE (sampling error, blur included); negative when no pixel is covered
+  /// fully, so that nothing is known. Waits.
   double estimate();
   /// The image of one camera, gathered with 64 subpixel positions. Waits.
   Image image(std::size_t camera);

@@ -71,6 +71,7 @@ struct Image {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   std::vector<float> rgba;
+  double estimated_relmse = -1.0;  ///< negative: not known
 };
 
 /// One thing the plan left out: what, why, and what that saved.
@@ -96,7 +97,6 @@ struct Statistics {
   double evaluations = 0.0;
   Seconds seconds;
   Seconds kernel_seconds;
-  bool kernel_seconds_known = false;
   std::uint32_t layers_count = 0, layers_size = 0;
   double layers_covered = 0.0;
   std::uint64_t layers_texels = 0, layers_texels_evaluated = 0;

@@ -2,6 +2,7 @@
 #include "visibility.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "kernels/raster.h"
 
@@ -11,7 +12,6 @@ namespace {
 constexpr std::uint32_t candidate_directions = 64;  // for the layers, beside the evenly spread ones
 constexpr std::uint32_t candidate_size = 256;       // of their films
 constexpr std::size_t surface_samples = 16384;      // points on which the choice rests
-constexpr std::uint32_t mark_positions = 8;         // subpixel positions whose texels are needed
 constexpr float seen_cosine = 0.1F;                 // more edge-on than that counts as unseen
 
 /// The cosine at which each view sees each point of the surface; 0 where it doesn't.
@@ -99,6 +99,12 @@ double layer_coverage(Passes& p, const SurfaceSight& sight) {
   return visible ? static_cast<double>(covered) / static_cast<double>(visible) : 0.0;
 }
 
+double texels_per_pixel(const Layers& layers, const kernels::View& camera) {
+  if (layers.views.empty()) return 0.0;
+  const double pixels_per_unit = camera.scale / std::hypot(camera.origin.x, camera.origin.y, camera.origin.z);
+  return layers.views.front().scale / std::max(pixels_per_unit, 1e-6);
+}
+
 std::vector<cl_uint> covered_texels(Passes& p) {
   const std::vector<cl_uint> slots = p.compute.read<cl_uint>(p.layers.slots, p.layers.level_first[1]);
   std::vector<cl_uint> texels;
@@ -113,8 +119,10 @@ std::vector<cl_uint> read_texels(Passes& p, const std::vector<kernels::View>& ca
   p.compute.fill(marks, 0, count);
   for (const kernels::View& view : cameras) {
     setup_view(p, view, Stage::plan);
+    const double texels = texels_per_pixel(p.layers, view);
+    const auto positions = static_cast<std::uint32_t>(std::clamp(8.0 * std::ceil(texels * texels), 8.0, 64.0));
     for (kernels::Window w : tiles(film))
-      for (std::uint32_t i = 0; i < mark_positions; ++i) {
+      for (std::uint32_t i = 0; i < positions; ++i) {
         const glm::ivec2 s = subpixel_position(i, 0);
         w.sample_x = s.x;
         w.sample_y = s.y;

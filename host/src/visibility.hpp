@@ -21,9 +21,14 @@ struct SurfaceSight {
 /// Share of the surface visible from outside that at least one layer sees.
 [[nodiscard]] double layer_coverage(Passes& p, const SurfaceSight& sight);
 
-/// Level-0 texels that `cameras` read at `film` pixels, in rising order; or all that hold a surface.
+/// Level-0 texels that `cameras` read at `film` pixels, in rising order; or all that hold a surface. Looked for at 8
+/// of an image's subpixel positions where texels are larger than pixels, at up to all 64 where they are smaller; a
+/// texel missed between them counts as empty, and its neighbours stand in.
 [[nodiscard]] std::vector<cl_uint> read_texels(Passes& p, const std::vector<kernels::View>& cameras, glm::uvec2 film);
 [[nodiscard]] std::vector<cl_uint> covered_texels(Passes& p);
+
+/// Layer texels along a pixel's side, at the distance of the object's centre.
+[[nodiscard]] double texels_per_pixel(const Layers& layers, const kernels::View& camera);
 
 /// Windows that cut a film into pieces small enough to be gathered at once.
 [[nodiscard]] std::vector<kernels::Window> tiles(glm::uvec2 film);
