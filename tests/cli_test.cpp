@@ -156,5 +156,71 @@ TEST_F(CliTest, ListsDevices) {
   EXPECT_EQ(run("devices").code, outcome.code);
 }
 
+const std::string small = "render '" PARIAN_MESHES "/torus.ply' --size 40x40 --layers 6 --layer-size 48 ";
+
+TEST_F(CliTest, StatisticsHaveAllTheirKeys) {
+  ASSERT_EQ(run(small + "--frames 2 -o a.exr -o a.png --stats s.json --quiet").code, 0);
+  const nlohmann::json s = nlohmann::json::parse(read_bytes(scratch_ / "s.json"));
+  for (const char* key : {"/schema",
+                          "/version",
+                          "/device/name",
+                          "/device/platform",
+                          "/device/driver",
+                          "/device/compute_units",
+                          "/device/vector_width",
+                          "/film/1",
+                          "/frames",
+                          "/stopped_by",
+                          "/estimated_relmse",
+                          "/estimated_bias_relmse",
+                          "/evaluations",
+                          "/seconds/load",
+                          "/seconds/plan",
+                          "/seconds/compile",
+                          "/seconds/light_map",
+                          "/seconds/layers",
+                          "/seconds/pyramids",
+                          "/seconds/gather",
+                          "/seconds/read",
+                          "/seconds/total",
+                          "/kernel_seconds/layers",
+                          "/layers/count",
+                          "/layers/size",
+                          "/layers/covered",
+                          "/layers/texels",
+                          "/layers/texels_evaluated",
+                          "/fallback_pixels",
+                          "/bytes/peak",
+                          "/left_out/0/what",
+                          "/left_out/0/why",
+                          "/left_out/0/saves/unit",
+                          "/left_out/0/saves/count",
+                          "/left_out/0/saves/estimated",
+                          "/nonfinite",
+                          "/warnings"}) {
+    EXPECT_TRUE(s.contains(nlohmann::json::json_pointer(key))) << key;
+  }
+  EXPECT_EQ(s["frames"], 2);
+  EXPECT_EQ(s["stopped_by"], "frames");
+  EXPECT_EQ(s["nonfinite"], 0);
+  EXPECT_GT(s["estimated_relmse"], 0.0);
+}
+
+TEST_F(CliTest, ExplainsThePlanWithoutRendering) {
+  const Outcome plan = run(small + "--dry-run --keep clipping");
+  EXPECT_EQ(plan.code, 0) << plan.err;
+  EXPECT_NE(plan.out.find("unread-texels"), std::string::npos) << plan.out;
+  EXPECT_EQ(plan.out.find("left out  clipping"), std::string::npos) << plan.out;
+  EXPECT_EQ(plan.out.find("saves 0 "), std::string::npos) << plan.out;
+  expect_error(small + "--dry-run --keep nonsense", 2, "choose all or one of");
+}
+
+TEST_F(CliTest, AnInterruptedRenderWritesWhatItHas) {
+  // timeout interrupts the renderer long after its first frames and exits with 124, as it does whenever it had to.
+  const Outcome outcome = run(small + "--error 0 --frames 100000000 -o b.exr --quiet", "timeout --signal=INT 15");
+  EXPECT_EQ(outcome.code, 124) << outcome.err;
+  EXPECT_FALSE(read_bytes(scratch_ / "b.exr").empty());
+}
+
 }  // namespace
 }  // namespace parian

@@ -1,3 +1,4 @@
+// Constants of media and boundaries in double: Fresnel moments by quadrature, and the table of measured materials.
 #include "medium.hpp"
 
 #include <fmt/format.h>

@@ -10,7 +10,8 @@
 namespace parian {
 
 /// Fresnel moments of the inside-to-outside reflectance at relative index `eta` (physics: internal side looks out at
-/// 1/eta). C_phi = (1 - 2 C_1)/4, C_E = (1 - 3 C_2)/2, by 20-node Gauss quadrature split at the critical angle.
+/// 1/eta). C_phi = (1 - 2 C_1)/4, C_E = (1 - 3 C_2)/2, by 20-node Gauss quadrature in panels that shrink towards the
+/// critical angle.
 struct FresnelMoments {
   double C_phi = 0.25, C_E = 0.5;
 };
