@@ -217,7 +217,8 @@ TEST_F(CliTest, ExplainsThePlanWithoutRendering) {
 
 TEST_F(CliTest, AnInterruptedRenderWritesWhatItHas) {
   // timeout interrupts the renderer long after its first frames and exits with 124, as it does whenever it had to.
-  const Outcome outcome = run(small + "--error 0 --frames 100000000 -o b.exr --quiet", "timeout --foreground --signal=INT 15");
+  const Outcome outcome =
+      run(small + "--error 0 --frames 100000000 -o b.exr --quiet", "timeout --foreground --signal=INT 15");
   EXPECT_EQ(outcome.code, 124) << outcome.err;
   EXPECT_FALSE(read_bytes(scratch_ / "b.exr").empty());
 }
