@@ -337,7 +337,7 @@ Image Renderer::image(std::size_t camera) {
     const double coarse = estimated_relmse(halves.front()), fine = estimated_relmse(halves.back());
     s.statistics.fallback_pixels = s.fallback_pixels + (camera == 0 ? 0 : s.statistics.fallback_pixels);
     const Halves& h = coarse < fine ? halves.front() : halves.back();
-    Image image{s.scene.film.x, s.scene.film.y, {}, std::min(coarse, fine)};
+    Image image{s.scene.film.x, s.scene.film.y, {}, std::min(coarse, fine), {}};
     s.statistics.estimated_relmse =
         camera == 0 ? image.estimated_relmse : std::max(s.statistics.estimated_relmse, image.estimated_relmse);
     image.rgba.reserve(h.alpha.size() * 4);

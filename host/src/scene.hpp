@@ -72,6 +72,8 @@ struct Image {
   std::uint32_t height = 0;
   std::vector<float> rgba;
   double estimated_relmse = -1.0;  ///< negative: not known
+  /// Standard error of the RGB values, three per pixel; empty: not known, as for every picture the passes make.
+  std::vector<float> standard_error;
 };
 
 /// One thing the plan left out: what, why, and what that saved.

@@ -1,0 +1,40 @@
+// The independent answer: the rendering equation with a dipole, by Monte Carlo in double precision on the host.
+#pragma once
+#include <cstdint>
+#include <functional>
+
+#include "scene.hpp"
+
+namespace parian {
+
+/// How long to go on, and from which random numbers.
+struct ReferenceSettings {
+  Model model = Model::directional;
+  double target = 1e-4;  ///< stop when the picture's own relMSE (its variance / (R^2 + eps^2), mean over M) is below it
+  double time = 0.0;     ///< wall seconds after which it stops too, once there are least_batches; 0: no limit
+  std::uint64_t seed = 0;
+  std::uint32_t threads = 0;  ///< 0: all processors
+};
+
+/// A picture in the making: the mean over batches of equal size and the variance of that mean. Kept in double so that
+/// batches can be added to an earlier result.
+struct ReferenceState {
+  std::uint32_t width = 0, height = 0;
+  std::uint32_t batches = 0;
+  std::uint32_t samples = 0;    ///< camera samples per pixel of each batch
+  std::vector<double> mean;     ///< RGBA per pixel, premultiplied
+  std::vector<double> squared;  ///< per pixel and RGB: sum over batches of (value - mean)^2
+};
+
+/// Fewest batches that a standard error is taken from.
+inline constexpr std::uint32_t least_batches = 16;
+
+/// Adds batches to `state` (empty at first) until `settings` says stop; `progress(batches, own relMSE)` after each may
+/// return false to stop early. Throws Error(input) for a scene that can't be rendered.
+void render_reference(const Scene& scene, const ReferenceSettings& settings, ReferenceState& state,
+                      const std::function<bool(std::uint32_t, double)>& progress = {});
+
+/// The picture with its standard error.
+[[nodiscard]] Image reference_image(const ReferenceState& state);
+
+}  // namespace parian
