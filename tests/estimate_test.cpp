@@ -144,8 +144,9 @@ TEST(Estimate, is_honest_of_skin_lit_twice) {
   expect_honest({"skin2 figure", scene, settings, {2, 8}}, 3);
 }
 
-// Noise of few samples becomes blur, and less error: a level between the finest and the coarsest is best. Texels smaller
-// than a pixel, so that a coarse level has something to average; measured over 24 seeds: 0.39 +- 0.04, at most 0.54.
+// Noise of few samples becomes blur, and less error: a level between the finest and the coarsest is best. Texels
+// smaller than a pixel, so that a coarse level has something to average; measured over 24 seeds: 0.39 +- 0.04, at most
+// 0.54.
 TEST(Estimate, pyramids_help_where_samples_are_few) {
   const Scene scene = scene_of(model("concave"), find_material("marble"));
   Settings settings = small_settings();

@@ -13,7 +13,7 @@
 namespace parian {
 
 /// The stages that time is booked on; the names are those of Seconds.
-enum class Stage { plan, light_map, layers, pyramids, gather };
+enum class Stage { plan, light_map, layers, pyramids, gather, bias };
 
 class Compute {
  public:

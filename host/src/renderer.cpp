@@ -36,7 +36,6 @@ void Renderer::State::prepare() {
     plan_layers();
     compute.finish();
   });
-  statistics.warnings = plan.warnings;
 }
 
 void Renderer::State::allocate_film() {
@@ -170,7 +169,7 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
         const glm::ivec2 s = subpixel_position(i, 0);
         w.sample_x = s.x;
         w.sample_y = s.y;
-        gather(passes, view, w, levels, 1.0F / static_cast<float>(frame), i * rounds, rounds);
+        gather(passes, view, w, levels, 1.0F / static_cast<float>(frame), i * rounds, rounds, Stage::gather);
         direct += compute.read<cl_uint>(passes.film.n_direct, 1)[0];
       }
       compute.finish();
@@ -243,6 +242,8 @@ Image Renderer::image(std::size_t camera) {
     s.statistics.fallback_pixels = s.fallback_pixels + (camera == 0 ? 0 : s.statistics.fallback_pixels);
     const Halves& h = coarse < fine ? halves.front() : halves.back();
     Image image{s.scene.film.x, s.scene.film.y, {}, std::min(coarse, fine), {}};
+    if (s.settings.gather != Gather::camera)
+      s.statistics.estimated_bias_relmse = std::max(s.statistics.estimated_bias_relmse, s.bias_relmse(camera, h));
     s.statistics.estimated_relmse =
         camera == 0 ? image.estimated_relmse : std::max(s.statistics.estimated_relmse, image.estimated_relmse);
     image.rgba.reserve(h.alpha.size() * 4);
@@ -257,9 +258,6 @@ Image Renderer::image(std::size_t camera) {
       }
       image.rgba.push_back(h.alpha[i]);
     }
-    if (s.statistics.nonfinite > 0 && s.statistics.warnings.size() == s.plan.warnings.size())
-      s.statistics.warnings.push_back(
-          "some values were not finite or negative and were set to 0: the device or its driver computes wrongly");
     return image;
   });
 }

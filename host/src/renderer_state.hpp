@@ -45,7 +45,7 @@ struct Renderer::State {
   bool first_estimate = true;
 
   std::uint64_t fallback_pixels = 0;  // of the last gather
-  double direct_evaluations = 0.0;    // at pixels that no layer sees
+  double direct_evaluations = 0.0;    // at pixels themselves
   std::uint32_t redraws = 0;          // of the light maps, after the first
   std::uint32_t unbuilt = 0;          // pyramid levels that nothing read
 
@@ -55,6 +55,8 @@ struct Renderer::State {
   void leave_out(const std::string& what, const std::string& why, const std::string& unit, double count);
   [[nodiscard]] std::uint32_t samples_per_frame() const;
   [[nodiscard]] std::uint32_t positions_of_estimate(std::size_t camera) const;
+  /// Estimated relMSE of looking light up in layers, from some random pixels of the image whose halves these are.
+  double bias_relmse(std::size_t camera, const Halves& image);
   std::vector<Halves> gather_halves(std::size_t camera, const std::vector<cl_uint>& levels, std::uint32_t positions);
 };
 

@@ -2,11 +2,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "renderer_state.hpp"
 
 namespace parian {
+
+namespace {
+
+constexpr double fall_of_bias = 7.0;  // of its relMSE when layers are doubled in size: the least of what was measured
+
+std::string bias_warning(double bias, const Settings& settings) {
+  const double doublings = std::ceil(std::log(bias / settings.error) / std::log(fall_of_bias));
+  return fmt::format(
+      "looking light up in layers adds a relMSE of about {:.2g}, above --error {:g}, that more frames don't remove; "
+      "--layer-size {:.0f} would",
+      bias, settings.error, settings.layer_size * std::exp2(doublings));
+}
+
+}  // namespace
 
 void Renderer::State::leave_out(const std::string& what, const std::string& why, const std::string& unit,
                                 double count) {
@@ -60,6 +75,12 @@ const Statistics& Renderer::statistics() const {
   t.frames = s.frame;
   const double per_texel = static_cast<double>(s.samples_per_frame()) * s.frame;
   t.evaluations = static_cast<double>(t.layers_texels_evaluated) * per_texel * s.plan.channels() + s.direct_evaluations;
+  t.warnings = s.plan.warnings;
+  if (t.nonfinite > 0)
+    t.warnings.push_back(
+        "some values were not finite or negative and were set to 0: the device or its driver computes wrongly");
+  if (s.settings.error > 0 && t.estimated_bias_relmse > s.settings.error)
+    t.warnings.push_back(bias_warning(t.estimated_bias_relmse, s.settings));
   t.left_out = s.plan.left_out;
   for (Omission& o : t.left_out) {
     if (o.what == "equal-channels" || o.what == "black-channels")
@@ -82,6 +103,7 @@ const Statistics& Renderer::statistics() const {
     if (stage == Stage::layers) t.kernel_seconds.layers = seconds;
     if (stage == Stage::pyramids) t.kernel_seconds.pyramids = seconds;
     if (stage == Stage::gather) t.kernel_seconds.gather = seconds;
+    if (stage == Stage::bias) t.kernel_seconds.bias = seconds;
     t.kernel_seconds.total += seconds;
   }
   return t;
