@@ -18,9 +18,9 @@ namespace parian {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr std::uint64_t block_size = 4096;      // photons that share a generator
+constexpr std::uint64_t block_size = 4096;       // photons that share a generator
 constexpr std::uint32_t longest_walk = 1000000;  // collisions
-constexpr double least_weight = 0.1;  // below it a photon is absorbed as a whole, by chance, to end walks
+constexpr double least_weight = 0.5;  // below it photons are absorbed as a whole, by chance: the best of 0.01 to 1
 
 /// Fresnel's unpolarised reflectance from the cosine on the near side; `ratio` is index far / near.
 double reflectance(double cosine, double ratio) {
@@ -58,9 +58,7 @@ double scatter(double mu, double g, Uniform& uniform) {
 /// What became of one photon, or the sum over many.
 struct Fate {
   double escaped = 0, absorbed = 0, inside = 0, squared = 0;  // squared: of what escaped
-  void add(const Fate& f) {
-    escaped += f.escaped, absorbed += f.absorbed, inside += f.inside, squared += f.squared;
-  }
+  void add(const Fate& f) { escaped += f.escaped, absorbed += f.absorbed, inside += f.inside, squared += f.squared; }
 };
 
 /// One photon of weight 1 that has entered with cosine `mu` to the inward normal.
@@ -112,9 +110,12 @@ double plane_S(const kernels::ExactMedium& medium, Model model, kernels::real3 w
   const kernels::DipoleGeometry g =
       kernels::dipole_geometry({r * std::cos(phi), r * std::sin(phi), 0}, w12, normal, normal);
   switch (model) {
-    case Model::standard: return kernels::standard_dipole(medium, g);
-    case Model::better: return kernels::better_dipole(medium, g);
-    case Model::directional: break;
+    case Model::standard:
+      return kernels::standard_dipole(medium, g);
+    case Model::better:
+      return kernels::better_dipole(medium, g);
+    case Model::directional:
+      break;
   }
   return kernels::directional_dipole(medium, g);
 }

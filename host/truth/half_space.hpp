@@ -35,7 +35,7 @@ struct RandomWalk {
 
 /// The same albedo as Parian's pictures have it: T12 times the integral of S_d over the plane and of T21 cos over the
 /// directions of exit, which is T12 4 pi C_phi(1/eta) int S_d dA. By quadrature with bssrdf.h in double, to 1e-9 of
-/// itself, or 1e-4 where S_d is cut off at 0 in part of the plane (eta near 1, grazing light).
+/// itself, or 1e-5 where S_d is cut off at 0 in part of the plane (oblique light at eta near 1 or at small albedos).
 [[nodiscard]] double dipole_albedo(const ChannelConstants& channel, Model model, double cos_outside);
 
 }  // namespace parian
