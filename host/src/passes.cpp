@@ -26,8 +26,10 @@ kernels::Window whole(const kernels::View& v, glm::ivec2 sample = {128, 128}) {
 }  // namespace
 
 glm::ivec2 subpixel_position(std::uint32_t i, std::uint32_t start) {
-  const std::uint32_t u = i * R2_STEP_U + kernels::hash(start), v = i * R2_STEP_V + kernels::hash(start ^ 0x68bc21ebU);
-  return {static_cast<int>(u >> 24), static_cast<int>(v >> 24)};
+  const std::uint32_t k = i / 2;
+  const std::uint32_t u = k * R2_STEP_U + kernels::hash(start), v = k * R2_STEP_V + kernels::hash(start ^ 0x68bc21ebU);
+  const glm::ivec2 position(std::max(u >> 24, 1U), std::max(v >> 24, 1U));
+  return i % 2 == 0 ? position : 256 - position;
 }
 
 void upload_geometry(Passes& p, const Mesh& mesh) {
