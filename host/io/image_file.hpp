@@ -31,18 +31,18 @@ inline constexpr double largest_stops = 64.0;
 struct PictureNotes {
   std::string device;  ///< left out if empty
   std::string settings;
-  std::uint32_t frames = 0;                  ///< left out if 0
-  double estimated_relmse = -1.0;            ///< negative: not known
-  std::map<std::string, std::string> other;  ///< more of them, by name without the leading "parian:"
+  std::uint32_t frames = 0;                    ///< left out if 0
+  double estimated_relmse = -1.0;              ///< negative: not known
+  std::map<std::string, std::string> other{};  ///< more of them, by name without the leading "parian:"
 };
 
 /// Throws Error(output) when write_image would fail for sure: unknown extension, no such folder.
 void check_output(const std::filesystem::path& path);
 
 /// Writes a linear premultiplied image as the extension says, whole or not at all. Throws Error(output).
-/// `.exr` and other formats of floats: linear, premultiplied, and in `.exr` channels stderr.R, .G and .B if the standard
-/// error is known. Formats of bytes: sRGB curve of 2^stops times the
-/// radiance, clipped, alpha unassociated. Formats without alpha: RGB over black.
+/// `.exr` and other formats of floats: linear, premultiplied, and in `.exr` channels stderr.R, .G and .B if the
+/// standard error is known. Formats of bytes: sRGB curve of 2^stops times the radiance, clipped, alpha unassociated.
+/// Formats without alpha: RGB over black.
 void write_image(const std::filesystem::path& path, const Image& image, const PictureNotes& notes,
                  const Exposure& exposure);
 

@@ -73,7 +73,7 @@ struct Image {
   std::vector<float> rgba;
   double estimated_relmse = -1.0;  ///< negative: not known
   /// Standard error of the RGB values, three per pixel; empty: not known, as for every picture the passes make.
-  std::vector<float> standard_error;
+  std::vector<float> standard_error{};
 };
 
 /// One thing the plan left out: what, why, and what that saved.

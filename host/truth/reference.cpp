@@ -20,9 +20,8 @@
 namespace parian {
 namespace {
 
-constexpr std::uint32_t samples_per_batch = 4;  // camera rays per pixel
-constexpr std::uint32_t entries_per_exit = 32;  // divided between the lights
-constexpr float covered = 0.999F;               // alpha from which a pixel counts for its own relMSE
+constexpr std::uint32_t least_entries = 4;  // per light and point of exit
+constexpr float covered = 0.999F;           // alpha from which a pixel counts for its own relMSE
 
 kernels::real3 to_real3(glm::dvec3 v) { return {v.x, v.y, v.z}; }
 
@@ -33,16 +32,16 @@ struct Light {
 /// The scene in object units, prepared for all batches.
 class Transport {
  public:
-  Transport(const Scene& scene, Model model, std::uint32_t threads)
-      : model_(model),
+  Transport(const Scene& scene, const ReferenceSettings& settings)
+      : model_(settings.model),
         space_(object_space(scene.mesh.positions)),
         view_(pinhole_view(scene.cameras.at(0), space_, scene.film)),
         boundary_(exact_boundary(scene.material.ior)),
         surface_(scene.mesh, space_) {
     for (int c = 0; c < 3; ++c) {
-      const auto constants =
-          channel_constants(scene.material.sigma_s[c], scene.material.sigma_a[c], scene.material.g[c], scene.material.ior);
-      const kernels::ExactMedium medium = exact_medium(constants, model, space_.radius);
+      const auto constants = channel_constants(scene.material.sigma_s[c], scene.material.sigma_a[c],
+                                               scene.material.g[c], scene.material.ior);
+      const kernels::ExactMedium medium = exact_medium(constants, model_, space_.radius);
       medium_of_[c] = no_medium;
       if (medium.scale == 0) continue;  // the channel is black
       for (medium_of_[c] = 0; medium_of_[c] < media_.size(); ++medium_of_[c])
@@ -55,7 +54,9 @@ class Transport {
       lights_.push_back({glm::normalize(light.towards), light.irradiance});
       directions.push_back(lights_.back().towards);
     }
-    if (!media_.empty() && !lights_.empty()) entries_.emplace(surface_, media_, directions, threads);
+    if (media_.empty() || lights_.empty()) return;
+    entries_.emplace(surface_, media_, directions, settings.threads);
+    entries_per_light_ = std::max(least_entries, settings.entries / static_cast<std::uint32_t>(lights_.size()));
   }
 
   /// One batch's RGBA of a pixel.
@@ -82,9 +83,10 @@ class Transport {
   [[nodiscard]] glm::dvec4 sample(double film_x, double film_y, Scratch& scratch, RandomStream& random) const {
     const auto exact = [](const kernels::float4& v) { return glm::dvec3(v.x, v.y, v.z); };
     const glm::dvec3 eye = exact(view_.origin), back = exact(view_.back);
-    const glm::dvec3 to_film = ((film_x - view_.centre_x) * exact(view_.right) + (film_y - view_.centre_y) * exact(view_.down)) /
-                                   double{view_.scale} -
-                               back;
+    const glm::dvec3 to_film =
+        ((film_x - view_.centre_x) * exact(view_.right) + (film_y - view_.centre_y) * exact(view_.down)) /
+            double{view_.scale} -
+        back;
     const glm::dvec3 direction = glm::normalize(to_film);
     const auto place = surface_.first_hit(eye, direction, view_.near_distance / -glm::dot(direction, back));
     if (!place) return glm::dvec4(0.0);
@@ -94,8 +96,9 @@ class Transport {
     const double T21 = kernels::fresnel_transmittance(kernels::real3_dot(n, to_real3(w_o)), boundary_);
     const glm::dvec3 radiance = T21 * scattered_radiance(exit.x, exit.n_s, scratch, random);
     if (!std::isfinite(radiance.x + radiance.y + radiance.z)) {
-      throw Error(ErrorKind::input, fmt::format("triangle {}: the light that leaves it isn't finite; mend the mesh there",
-                                                place->triangle));
+      throw Error(
+          ErrorKind::input,
+          fmt::format("triangle {}: the light that leaves it isn't finite; mend the mesh there", place->triangle));
     }
     return {radiance, 1.0};
   }
@@ -105,10 +108,9 @@ class Transport {
     glm::dvec3 radiance(0.0);
     if (!entries_) return radiance;
     entries_->cut(x_o, scratch.cut);
-    const std::uint32_t count = std::max(4U, entries_per_exit / static_cast<std::uint32_t>(lights_.size()));
     for (std::size_t l = 0; l < lights_.size(); ++l) {
       const Light& light = lights_[l];
-      entries_->draw(scratch.cut, l, count, random, scratch.places);
+      entries_->draw(scratch.cut, l, entries_per_light_, random, scratch.places);
       std::array<double, 4> sum{};  // by medium; the last stays 0, for channels without one
       for (const EntryPlace& entry : scratch.places) {
         const SurfacePoint i = surface_.at(entry.place, light.towards);
@@ -116,22 +118,25 @@ class Transport {
         if (!surface_.is_lit(i.x, entry.place.triangle, light.towards)) continue;
         const kernels::real3 w_i = to_real3(light.towards), n_i = kernels::bend_normal(to_real3(i.n_s), w_i);
         const double T12 = kernels::fresnel_transmittance(kernels::real3_dot(n_i, w_i), boundary_);
-        const kernels::DipoleGeometry geometry =
-            kernels::dipole_geometry(to_real3(x_o - i.x), kernels::refract_into(w_i, n_i, boundary_), n_i, to_real3(n_o));
+        const kernels::DipoleGeometry geometry = kernels::dipole_geometry(
+            to_real3(x_o - i.x), kernels::refract_into(w_i, n_i, boundary_), n_i, to_real3(n_o));
         const double factor = T12 * cosine / entry.density;
         for (std::size_t m = 0; m < media_.size(); ++m) sum[m] += factor * S_d(media_[m], geometry);
       }
-      const glm::dvec3 mean = glm::dvec3(sum[medium_of_[0]], sum[medium_of_[1]], sum[medium_of_[2]]) / double(count);
-      radiance += light.irradiance * mean;
+      radiance += light.irradiance * glm::dvec3(sum[medium_of_[0]], sum[medium_of_[1]], sum[medium_of_[2]]) /
+                  double(entries_per_light_);
     }
     return radiance;
   }
 
   [[nodiscard]] double S_d(const kernels::ExactMedium& medium, const kernels::DipoleGeometry& geometry) const {
     switch (model_) {
-      case Model::standard: return kernels::standard_dipole(medium, geometry);
-      case Model::better: return kernels::better_dipole(medium, geometry);
-      case Model::directional: break;
+      case Model::standard:
+        return kernels::standard_dipole(medium, geometry);
+      case Model::better:
+        return kernels::better_dipole(medium, geometry);
+      case Model::directional:
+        break;
     }
     return kernels::directional_dipole(medium, geometry);
   }
@@ -145,6 +150,7 @@ class Transport {
   std::vector<Light> lights_;
   ReferenceSurface surface_;
   std::optional<ReferenceEntries> entries_;
+  std::uint32_t entries_per_light_ = 0;
 };
 
 /// Adds one batch to the running mean and sum of squares (Welford).
@@ -185,10 +191,14 @@ double own_relmse(const ReferenceState& state) {
 void render_reference(const Scene& scene, const ReferenceSettings& settings, ReferenceState& state,
                       const std::function<bool(std::uint32_t, double)>& progress) {
   validate(scene.material, "material");
-  const Transport transport(scene, settings.model, settings.threads);
+  const Transport transport(scene, settings);
   const std::size_t pixels = std::size_t{scene.film.x} * scene.film.y;
   if (state.batches == 0) {
-    state = {scene.film.x, scene.film.y, 0, samples_per_batch, std::vector<double>(4 * pixels, 0.0),
+    state = {scene.film.x,
+             scene.film.y,
+             0,
+             settings.samples,
+             std::vector<double>(4 * pixels, 0.0),
              std::vector<double>(3 * pixels, 0.0)};
   }
   const auto start = std::chrono::steady_clock::now();
@@ -214,7 +224,8 @@ void render_reference(const Scene& scene, const ReferenceSettings& settings, Ref
 }
 
 Image reference_image(const ReferenceState& state) {
-  Image image{state.width, state.height, std::vector<float>(state.mean.begin(), state.mean.end()), own_relmse(state), {}};
+  Image image{
+      state.width, state.height, std::vector<float>(state.mean.begin(), state.mean.end()), own_relmse(state), {}};
   if (state.batches < 2) return image;
   const double n = state.batches;
   for (const double squared : state.squared)
@@ -233,8 +244,7 @@ ReferenceState reference_state(const Image& image, std::uint32_t batches, std::u
 std::string fingerprint(const Scene& scene, Model model) {
   std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a, 64 bits
   const auto add = [&hash](const void* bytes, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i)
-      hash = (hash ^ static_cast<const unsigned char*>(bytes)[i]) * 0x100000001b3;
+    for (std::size_t i = 0; i < count; ++i) hash = (hash ^ static_cast<const unsigned char*>(bytes)[i]) * 0x100000001b3;
   };
   const auto add_all = [&](const auto& values) { add(values.data(), values.size() * sizeof(values[0])); };
   const auto add_one = [&](const auto& value) { add(&value, sizeof value); };

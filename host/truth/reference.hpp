@@ -15,7 +15,9 @@ struct ReferenceSettings {
   double target = 1e-4;  ///< stop when the picture's own relMSE is below it; 0: never
   double time = 0.0;     ///< wall seconds after which it stops too, once there are least_batches; 0: no limit
   std::uint64_t seed = 0;
-  std::uint32_t threads = 0;  ///< 0: all processors
+  std::uint32_t samples = 8;   ///< camera rays per pixel in each batch, for a new state
+  std::uint32_t entries = 16;  ///< places of entry per camera ray, divided between the lights, at least four each
+  std::uint32_t threads = 0;   ///< 0: all processors
 };
 
 /// A picture in the making: the mean over batches of equal size and the variance of that mean. Kept in double so that
@@ -31,8 +33,8 @@ struct ReferenceState {
 /// Fewest batches that a standard error is taken from.
 inline constexpr std::uint32_t least_batches = 16;
 
-/// Adds batches to `state` (empty at first) of the scene's first camera until `settings` says stop; `progress(batches, own relMSE)` after each may
-/// return false to stop early. Throws Error(input) for a scene that can't be rendered.
+/// Adds batches to `state` (empty at first) of the scene's first camera until `settings` says stop; `progress(batches,
+/// own relMSE)` after each may return false to stop early. Throws Error(input) for a scene that can't be rendered.
 void render_reference(const Scene& scene, const ReferenceSettings& settings, ReferenceState& state,
                       const std::function<bool(std::uint32_t, double)>& progress = {});
 
