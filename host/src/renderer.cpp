@@ -10,6 +10,7 @@
 
 #include "estimate.hpp"
 #include "passes.hpp"
+#include "self_test.hpp"
 #include "visibility.hpp"
 
 namespace parian {
@@ -73,6 +74,8 @@ void Renderer::State::prepare() {
   }
   with_device_errors(compute.info(), [&] {
     Timer timer(statistics.seconds.plan);
+    for (auto& doubt : require_sound(compute, settings.model, plan.lanes, settings.force))
+      plan.warnings.push_back(doubt);
     passes.seed = settings.seed;
     for (const glm::dvec3& x : scene.mesh.positions) points.push_back((x - plan.space.centre) / plan.space.radius);
     for (const Camera& camera : scene.cameras) cameras.push_back(pinhole_view(camera, plan.space, scene.film));

@@ -63,7 +63,7 @@ struct Settings {
   bool pyramids = true;
   std::uint32_t seed = 0;
   std::set<std::string> keep;  ///< names of omissions that are forced off, or "all"
-  bool force = false;          ///< try although the device's memory seems too small
+  bool force = false;          ///< try although the device's memory seems too small or its self-test fails
 };
 
 /// A linear image, RGBA premultiplied, row by row from the top left.
