@@ -34,6 +34,9 @@ struct Camera {
   double fov = 30.0;
 };
 
+/// Largest side of the film, in pixels.
+inline constexpr std::uint32_t largest_film_side = 16384;
+
 struct Scene {
   Mesh mesh;  ///< world space, mm
   Material material;
