@@ -16,6 +16,8 @@ namespace parian {
 using Run = std::function<int()>;
 
 void add_render(CLI::App& app, Run& run);
+void add_reference(CLI::App& app, Run& run);
+void add_compare(CLI::App& app, Run& run);
 void add_devices(CLI::App& app, Run& run);
 void add_materials(CLI::App& app, Run& run);
 
@@ -35,6 +37,9 @@ struct InputOptions {
 /// Adds INPUT and the options of InputOptions; `options` must outlive `app`.
 void add_input_options(CLI::App& app, InputOptions& options);
 
+/// The same for what needs neither device nor passes: one camera, and of the settings only the model.
+void add_scene_options(CLI::App& app, InputOptions& options);
+
 /// Adds an option that takes one text; the last one counts when it's repeated.
 CLI::Option* add_text(CLI::App& app, const std::string& name, std::string& value, const std::string& values,
                       const std::string& help);
@@ -42,6 +47,9 @@ CLI::Option* add_text(CLI::App& app, const std::string& name, std::string& value
 /// Adds an option that takes one text and may be repeated.
 CLI::Option* add_texts(CLI::App& app, const std::string& name, std::vector<std::string>& values,
                        const std::string& type, const std::string& help);
+
+/// The number that the value of `option` is. Throws Error(usage) when it isn't one from `least` to `most`.
+[[nodiscard]] double parse_in_range(const char* option, const std::string& text, double least, double most);
 
 /// Numbers separated by commas, exactly `count` of them; empty when `text` isn't that.
 [[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text, std::size_t count);

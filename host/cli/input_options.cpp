@@ -13,16 +13,6 @@ namespace {
   throw Error(ErrorKind::usage, fmt::format("{}: '{}' isn't understood; give {}", option, text, remedy));
 }
 
-double parse_in_range(const char* option, const std::string& text, double least, double most) {
-  const auto value = parse_number(text);
-  const std::string range = fmt::format("a number from {} to {}", least, most);
-  if (!value) fail(option, text, range);
-  if (*value < least || *value > most) {
-    throw Error(ErrorKind::usage, fmt::format("{}: {} is out of range; give {}", option, text, range));
-  }
-  return *value;
-}
-
 glm::dvec3 point(const std::vector<double>& numbers) { return {numbers[0], numbers[1], numbers[2]}; }
 
 DirectionalLight parse_light(const std::string& text) {
@@ -73,13 +63,15 @@ glm::uvec2 parse_size(const std::string& text) {
   return {side(begin, begin + cross), side(begin + cross + 1, begin + text.size())};
 }
 
-void add_settings(CLI::App& app, InputOptions& options) {
+/// The settings named `only`, or all if that is empty.
+void add_settings(CLI::App& app, InputOptions& options, const std::string& only) {
   const auto& table = render_options();
   options.settings.resize(table.size());
   options.flags.resize(table.size());
   const Settings defaults;
   for (std::size_t i = 0; i < table.size(); ++i) {
     const RenderOption& option = table[i];
+    if (!only.empty() && option.name != only) continue;
     const std::string name = "--" + option.name;
     CLI::Option* added = nullptr;
     if (option.values.empty()) {
@@ -94,7 +86,37 @@ void add_settings(CLI::App& app, InputOptions& options) {
   }
 }
 
+void add_what(CLI::App& app, InputOptions& options) {
+  app.add_option("INPUT", options.input, "a scene (.toml), or a mesh (.ply .obj .off .stl .om)")
+      ->option_text(" ")
+      ->required();
+  const char* what = "What";
+  const Camera camera;
+  const Scene scene;
+  add_text(app, "--material", options.material, "NAME", "'parian materials' lists them (marble)")->group(what);
+  add_text(app, "--size-mm", options.size_mm, "X", "longest side of the object's box (100)")->group(what);
+  add_texts(app, "--light", options.lights, "X,Y,Z[:R,G,B]",
+            "direction towards a light, and its irradiance; repeatable, any replaces the default "
+            "(0.5,0.6,-0.6:3.14159,3.14159,3.14159)")
+      ->group(what);
+  add_text(app, "--camera", options.camera, "EX,EY,EZ:TX,TY,TZ",
+           "eye and target in mm (from direction 0.2,0.15,1 such that the object fits)")
+      ->group(what);
+  add_text(app, "--fov", options.fov, "DEG", fmt::format("full vertical angle ({})", camera.fov))->group(what);
+  add_text(app, "--size", options.size, "WxH", fmt::format("pixels ({}x{})", scene.film.x, scene.film.y))->group(what);
+}
+
 }  // namespace
+
+double parse_in_range(const char* option, const std::string& text, double least, double most) {
+  const auto value = parse_number(text);
+  const std::string range = fmt::format("a number from {} to {}", least, most);
+  if (!value) fail(option, text, range);
+  if (*value < least || *value > most) {
+    throw Error(ErrorKind::usage, fmt::format("{}: {} is out of range; give {}", option, text, range));
+  }
+  return *value;
+}
 
 CLI::Option* add_text(CLI::App& app, const std::string& name, std::string& value, const std::string& values,
                       const std::string& help) {
@@ -124,27 +146,16 @@ std::optional<std::vector<double>> parse_numbers(std::string_view text, std::siz
   return numbers;
 }
 
+void add_scene_options(CLI::App& app, InputOptions& options) {
+  add_what(app, options);
+  add_settings(app, options, "model");
+}
+
 void add_input_options(CLI::App& app, InputOptions& options) {
-  app.add_option("INPUT", options.input, "a scene (.toml), or a mesh (.ply .obj .off .stl .om)")
-      ->option_text(" ")
-      ->required();
-  const char* what = "What";
-  const Camera camera;
-  const Scene scene;
-  add_text(app, "--material", options.material, "NAME", "'parian materials' lists them (marble)")->group(what);
-  add_text(app, "--size-mm", options.size_mm, "X", "longest side of the object's box (100)")->group(what);
-  add_texts(app, "--light", options.lights, "X,Y,Z[:R,G,B]",
-            "direction towards a light, and its irradiance; repeatable, any replaces the default "
-            "(0.5,0.6,-0.6:3.14159,3.14159,3.14159)")
-      ->group(what);
-  add_text(app, "--camera", options.camera, "EX,EY,EZ:TX,TY,TZ",
-           "eye and target in mm (from direction 0.2,0.15,1 such that the object fits)")
-      ->group(what);
-  add_text(app, "--fov", options.fov, "DEG", fmt::format("full vertical angle ({})", camera.fov))->group(what);
-  add_text(app, "--size", options.size, "WxH", fmt::format("pixels ({}x{})", scene.film.x, scene.film.y))->group(what);
+  add_what(app, options);
   add_text(app, "--cameras", options.cameras, "FILE", "TOML with [[camera]] tables; then -o name_%03d.exr, from 0")
-      ->group(what);
-  add_settings(app, options);
+      ->group("What");
+  add_settings(app, options, "");
   add_text(app, "--device", options.device, "N|SUBSTRING", "number or part of the name; also PARIAN_DEVICE (the best)")
       ->group("Where and what to see");
 }

@@ -70,6 +70,8 @@ int run(int argc, char** argv) {
       "5 output could not be written, 130 interrupted.");
   parian::Run chosen;
   parian::add_render(app, chosen);
+  parian::add_reference(app, chosen);
+  parian::add_compare(app, chosen);
   parian::add_devices(app, chosen);
   parian::add_materials(app, chosen);
   try {

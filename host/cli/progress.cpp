@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace parian {
 namespace {
@@ -24,8 +25,8 @@ double share_done(const Settings& settings, std::uint32_t frames, double error, 
 
 }  // namespace
 
-Progress::Progress(const Settings& settings, bool shown)
-    : settings_(settings), shown_(shown), terminal_(isatty(STDERR_FILENO) == 1) {}
+Progress::Progress(const Settings& settings, bool shown, std::string unit)
+    : settings_(settings), unit_(std::move(unit)), shown_(shown), terminal_(isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
   if (drawn_) std::fputs("\r\033[K", stderr);
@@ -40,12 +41,12 @@ void Progress::update(std::uint32_t frames, double error, double seconds) {
   const std::string estimate = error >= 0 ? fmt::format("{:.2g}", error) : std::string("?");
   if (terminal_) {
     const int full = static_cast<int>(std::floor(share * bar_length));
-    fmt::print(stderr, "\r[{:#<{}}{:.<{}}] frame {}  estimated relMSE {}  {} left\033[K", "", full, "",
-               bar_length - full, frames, estimate, left);
+    fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {} {}  estimated relMSE {}  {} left\033[K", "", full, "",
+               bar_length - full, unit_, frames, estimate, left);
     std::fflush(stderr);
     drawn_ = true;
   } else {
-    fmt::print(stderr, "parian: frame {}, estimated relMSE {}, {} left\n", frames, estimate, left);
+    fmt::print(stderr, "parian: {} {}, estimated relMSE {}, {} left\n", unit_, frames, estimate, left);
   }
 }
 

@@ -1,15 +1,27 @@
 // Progress on standard error: a bar on a terminal, else a line every few seconds.
 #pragma once
+#include <chrono>
 #include <string>
 
 #include "scene.hpp"
 
 namespace parian {
 
+/// Wall seconds since it was made.
+class Clock {
+ public:
+  [[nodiscard]] double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
 class Progress {
  public:
-  /// `shown` is false for --quiet: then nothing is printed.
-  Progress(const Settings& settings, bool shown);
+  /// `shown` is false for --quiet: then nothing is printed. `unit` is what is counted.
+  Progress(const Settings& settings, bool shown, std::string unit = "frame");
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -21,6 +33,7 @@ class Progress {
 
  private:
   Settings settings_;
+  std::string unit_;
   bool shown_, terminal_;
   bool drawn_ = false;
   double last_ = 0.0;  ///< when something was printed, in seconds since the first frame

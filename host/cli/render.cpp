@@ -3,12 +3,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <memory>
 
 #include "commands.hpp"
+#include "interrupt.hpp"
 #include "progress.hpp"
 #include "renderer.hpp"
 #include "statistics.hpp"
@@ -17,26 +16,13 @@
 namespace parian {
 namespace {
 
-constexpr int exit_interrupted = 130;
 constexpr int checkpoints_below = 2;  // successive estimates below the target, before the renderer stops
-
-volatile std::sig_atomic_t interrupted = 0;
 
 struct RenderOptions {
   InputOptions input;
   std::vector<std::string> outputs;
   std::string exposure, stats;
   bool explain = false, dry_run = false, quiet = false, verbose = false;
-};
-
-class Clock {
- public:
-  [[nodiscard]] double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 /// Prints warnings, each once, and remembers them for the statistics. Those of the mesh get its file's name, whoever
@@ -107,15 +93,6 @@ void check_names(const RenderOptions& options, std::size_t cameras) {
   }
 }
 
-/// From now on, Ctrl-C ends after the frame; a second one ends at once.
-void listen_for_interrupt() {
-  struct sigaction action {};
-  action.sa_handler = [](int) { interrupted = 1; };
-  action.sa_flags = SA_RESETHAND | SA_RESTART;
-  sigemptyset(&action.sa_mask);
-  sigaction(SIGINT, &action, nullptr);
-}
-
 /// The stopping loop; returns what stopped it.
 std::string render_frames(Renderer& renderer, const Settings& settings, Progress& progress) {
   listen_for_interrupt();
@@ -131,7 +108,7 @@ std::string render_frames(Renderer& renderer, const Settings& settings, Progress
     const double seconds = clock.seconds();
     progress.update(renderer.frames(), error, seconds);
     if (below >= checkpoints_below) return "error";
-    if (interrupted) return "interrupt";
+    if (interrupted()) return "interrupt";
     if (renderer.frames() >= settings.frames) return "frames";
     if (settings.time > 0 && seconds >= settings.time) return "time";
   }

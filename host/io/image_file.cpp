@@ -1,4 +1,4 @@
-// Writing pictures with OpenImageIO.
+// Writing pictures with OpenImageIO; image_read.cpp reads them.
 #include "image_file.hpp"
 
 #include <OpenImageIO/filesystem.h>
@@ -133,13 +133,18 @@ std::vector<std::uint8_t> tone_mapped(const Image& image, int channels, double s
   return bytes;
 }
 
-std::vector<float> without_alpha(const Image& image) {
-  std::vector<float> rgb;
-  rgb.reserve(image.rgba.size() / 4 * 3);
-  for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
-    rgb.insert(rgb.end(), image.rgba.begin() + i, image.rgba.begin() + i + 3);
+/// Pixels with `channels` values each: RGB, then alpha if there are four or seven, then the standard error if seven.
+std::vector<float> interleaved(const Image& image, int channels) {
+  std::vector<float> values;
+  const std::size_t pixels = image.rgba.size() / 4;
+  values.reserve(pixels * channels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const auto rgba = image.rgba.begin() + static_cast<std::ptrdiff_t>(4 * i);
+    values.insert(values.end(), rgba, rgba + std::min(channels, 4));
+    const auto error = image.standard_error.begin() + static_cast<std::ptrdiff_t>(3 * i);
+    if (channels == 7) values.insert(values.end(), error, error + 3);
   }
-  return rgb;
+  return values;
 }
 
 OIIO::ImageSpec spec_for(const Image& image, int channels, OIIO::TypeDesc type, const PictureNotes& notes,
@@ -147,14 +152,15 @@ OIIO::ImageSpec spec_for(const Image& image, int channels, OIIO::TypeDesc type, 
   OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), channels, type);
   spec.attribute("Software", fmt::format("parian {}", version));
   spec.attribute("DateTime", date_time());
-  spec.attribute("parian:device", notes.device);
+  if (!notes.device.empty()) spec.attribute("parian:device", notes.device);
   spec.attribute("parian:settings", notes.settings);
   const bool floats = type == OIIO::TypeFloat;
   const auto number = [&](const char* name, double value) {  // PNG keeps text only
     floats ? spec.attribute(name, static_cast<float>(value)) : spec.attribute(name, fmt::format("{:.7g}", value));
   };
-  spec.attribute("parian:frames", fmt::format("{}", notes.frames));
+  if (notes.frames > 0) spec.attribute("parian:frames", fmt::format("{}", notes.frames));
   if (notes.estimated_relmse >= 0) number("parian:estimated_relmse", notes.estimated_relmse);
+  for (const auto& [name, text] : notes.other) spec.attribute("parian:" + name, text);
   if (floats) {
     spec.attribute("oiio:ColorSpace", "Linear");
     spec.attribute("compression", "zip");
@@ -228,10 +234,13 @@ void write_image(const std::filesystem::path& path, const Image& image, const Pi
   WholeFile file(path);
   std::unique_ptr<PatientFile> patient;  // outlives the writer, which closes itself when something throws
   const auto output = writer_for(path);
-  const int channels = output->supports("alpha") ? 4 : 3;
   const double stops = exposure.automatic ? automatic_stops(image) : exposure.stops;
   const bool floats = holds_floats(*output);
-  const OIIO::ImageSpec spec = spec_for(image, channels, floats ? OIIO::TypeFloat : OIIO::TypeUInt8, notes, stops);
+  const bool errors = std::string_view(output->format_name()) == "openexr" && !image.standard_error.empty();
+  const int channels = errors ? 7 : output->supports("alpha") ? 4 : 3;
+  OIIO::ImageSpec spec = spec_for(image, channels, floats ? OIIO::TypeFloat : OIIO::TypeUInt8, notes, stops);
+  if (errors) spec.channelnames = {"R", "G", "B", "A", "stderr.R", "stderr.G", "stderr.B"};
+  if (errors) spec.alpha_channel = 3;
   if (output->supports("ioproxy")) {
     patient = std::make_unique<PatientFile>(file.temporary());
     output->set_ioproxy(patient.get());
@@ -241,8 +250,8 @@ void write_image(const std::filesystem::path& path, const Image& image, const Pi
   }
   bool written = false;
   if (floats) {
-    const std::vector<float> rgb = channels == 3 ? without_alpha(image) : std::vector<float>();
-    written = output->write_image(OIIO::TypeFloat, channels == 3 ? rgb.data() : image.rgba.data());
+    const std::vector<float> values = channels == 4 ? std::vector<float>() : interleaved(image, channels);
+    written = output->write_image(OIIO::TypeFloat, channels == 4 ? image.rgba.data() : values.data());
   } else {
     const std::vector<std::uint8_t> bytes = tone_mapped(image, channels, stops);
     written = output->write_image(OIIO::TypeUInt8, bytes.data());

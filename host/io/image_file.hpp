@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -28,19 +29,29 @@ inline constexpr double largest_stops = 64.0;
 
 /// What a picture's metadata says; nothing of when and where it was made, so that equal runs give equal files.
 struct PictureNotes {
-  std::string device;
+  std::string device;  ///< left out if empty
   std::string settings;
-  std::uint32_t frames = 0;
-  double estimated_relmse = -1.0;  ///< negative: not known
+  std::uint32_t frames = 0;                  ///< left out if 0
+  double estimated_relmse = -1.0;            ///< negative: not known
+  std::map<std::string, std::string> other;  ///< more of them, by name without the leading "parian:"
 };
 
 /// Throws Error(output) when write_image would fail for sure: unknown extension, no such folder.
 void check_output(const std::filesystem::path& path);
 
 /// Writes a linear premultiplied image as the extension says, whole or not at all. Throws Error(output).
-/// `.exr` and other formats of floats: linear, premultiplied. Formats of bytes: sRGB curve of 2^stops times the
+/// `.exr` and other formats of floats: linear, premultiplied, and in `.exr` channels stderr.R, .G and .B if the standard
+/// error is known. Formats of bytes: sRGB curve of 2^stops times the
 /// radiance, clipped, alpha unassociated. Formats without alpha: RGB over black.
 void write_image(const std::filesystem::path& path, const Image& image, const PictureNotes& notes,
                  const Exposure& exposure);
+
+/// Reads a linear picture of floats: RGBA, or RGB, which counts as opaque; with its standard error where the file has
+/// it. Throws Error(input) naming the file when it's missing, damaged, or holds bytes instead of radiance.
+[[nodiscard]] Image read_image(const std::filesystem::path& path);
+
+/// What a picture's metadata says under names that begin with "parian:", which the keys leave out, as text. Throws
+/// Error(input) when the file is missing or damaged.
+[[nodiscard]] std::map<std::string, std::string> read_notes(const std::filesystem::path& path);
 
 }  // namespace parian

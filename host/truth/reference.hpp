@@ -2,6 +2,8 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <string>
+#include <vector>
 
 #include "scene.hpp"
 
@@ -10,7 +12,7 @@ namespace parian {
 /// How long to go on, and from which random numbers.
 struct ReferenceSettings {
   Model model = Model::directional;
-  double target = 1e-4;  ///< stop when the picture's own relMSE (its variance / (R^2 + eps^2), mean over M) is below it
+  double target = 1e-4;  ///< stop when the picture's own relMSE is below it; 0: never
   double time = 0.0;     ///< wall seconds after which it stops too, once there are least_batches; 0: no limit
   std::uint64_t seed = 0;
   std::uint32_t threads = 0;  ///< 0: all processors
@@ -29,12 +31,23 @@ struct ReferenceState {
 /// Fewest batches that a standard error is taken from.
 inline constexpr std::uint32_t least_batches = 16;
 
-/// Adds batches to `state` (empty at first) until `settings` says stop; `progress(batches, own relMSE)` after each may
+/// Adds batches to `state` (empty at first) of the scene's first camera until `settings` says stop; `progress(batches, own relMSE)` after each may
 /// return false to stop early. Throws Error(input) for a scene that can't be rendered.
 void render_reference(const Scene& scene, const ReferenceSettings& settings, ReferenceState& state,
                       const std::function<bool(std::uint32_t, double)>& progress = {});
 
+/// Mean over M and RGB of the mean's variance / (R^2 + eps^2), as relMSE counts; negative: not known.
+[[nodiscard]] double own_relmse(const ReferenceState& state);
+
 /// The picture with its standard error.
 [[nodiscard]] Image reference_image(const ReferenceState& state);
+
+/// The state that a picture made by reference_image came from, to single precision. Throws Error(input) unless it has
+/// a standard error and at least two batches.
+[[nodiscard]] ReferenceState reference_state(const Image& image, std::uint32_t batches, std::uint32_t samples);
+
+/// Sixteen hexadecimal digits that differ when anything does that the picture depends on, random numbers apart: mesh,
+/// material, lights, first camera, film, model.
+[[nodiscard]] std::string fingerprint(const Scene& scene, Model model);
 
 }  // namespace parian

@@ -1,0 +1,156 @@
+// `parian reference`: the independent answer, batch by batch, continued from an earlier picture if asked.
+#include "reference.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <memory>
+
+#include "commands.hpp"
+#include "interrupt.hpp"
+#include "progress.hpp"
+
+namespace parian {
+namespace {
+
+struct ReferenceOptions {
+  InputOptions input;
+  std::vector<std::string> outputs;
+  std::string error, time, seed, exposure;
+  bool resume = false, quiet = false;
+};
+
+ReferenceSettings parse_settings(const ReferenceOptions& options) {
+  constexpr double year = 365.0 * 86400.0, largest_seed = std::numeric_limits<std::uint32_t>::max();
+  ReferenceSettings settings;
+  if (!options.error.empty()) settings.target = parse_in_range("--error", options.error, 0, 1e6);
+  if (!options.time.empty()) settings.time = parse_in_range("--time", options.time, 0, year);
+  if (!options.seed.empty()) {
+    const double seed = parse_in_range("--seed", options.seed, 0, largest_seed);
+    if (seed != std::floor(seed)) throw Error(ErrorKind::usage, "--seed: give a whole number");
+    settings.seed = static_cast<std::uint64_t>(seed);
+  }
+  return settings;
+}
+
+/// The output that can be continued.
+std::filesystem::path resumable(const ReferenceOptions& options) {
+  for (const std::filesystem::path output : options.outputs)
+    if (output.extension() == ".exr") return output;
+  throw Error(ErrorKind::usage, "--resume: none of the outputs keeps the standard error; add -o FILE.exr");
+}
+
+/// The state in an earlier picture, or a new one where there is none.
+ReferenceState earlier_state(const std::filesystem::path& path, const std::string& wanted) {
+  if (!std::filesystem::exists(path)) return {};
+  const auto notes = read_notes(path);
+  const auto note = [&](const char* name) {
+    const auto at = notes.find(name);
+    return at == notes.end() ? std::string() : at->second;
+  };
+  const auto whole = [&](const char* name) { return static_cast<std::uint32_t>(parse_number(note(name)).value_or(0)); };
+  if (note("fingerprint").empty() || whole("batches") < 2 || whole("samples") < 1) {
+    throw Error(ErrorKind::input, fmt::format("{}: --resume: is no picture that 'parian reference' made; give another "
+                                              "-o, or leave --resume out to replace it",
+                                              path.string()));
+  }
+  if (note("fingerprint") != wanted) {
+    throw Error(ErrorKind::input, fmt::format("{}: --resume: was made of another scene, camera, film, material, light or "
+                                              "model; give the same options, or another -o",
+                                              path.string()));
+  }
+  return reference_state(read_image(path), whole("batches"), whole("samples"));
+}
+
+void write_outputs(const ReferenceOptions& options, const Input& input, const ReferenceSettings& settings,
+                   const ReferenceState& state, const Exposure& exposure, const std::string& mark) {
+  const Image image = reference_image(state);
+  PictureNotes notes;
+  notes.settings = fmt::format("reference material={} model={}", input.scene.material.name,
+                               std::array{"directional", "standard", "better"}[static_cast<int>(settings.model)]);
+  notes.estimated_relmse = image.estimated_relmse;
+  notes.other = {{"batches", fmt::format("{}", state.batches)},
+                 {"samples", fmt::format("{}", state.samples)},
+                 {"fingerprint", mark}};
+  for (const std::string& output : options.outputs) write_image(output, image, notes, exposure);
+}
+
+int run_reference(const ReferenceOptions& options) {
+  const Clock clock;
+  ReferenceSettings settings = parse_settings(options);
+  const auto exposure = options.exposure.empty() ? Exposure() : parse_exposure(options.exposure);
+  if (!exposure) {
+    throw Error(ErrorKind::usage, fmt::format("--exposure: '{}' isn't understood; give stops from {} to {}, or auto",
+                                              options.exposure, -largest_stops, largest_stops));
+  }
+  if (options.outputs.empty()) throw Error(ErrorKind::usage, "no output is given; add -o FILE, such as -o truth.exr");
+  for (const std::string& output : options.outputs) check_output(output);
+  const Input input = load_input(options.input.input, options.input.overrides());
+  settings.model = input.settings.model;
+  for (const std::string& warning : input.scene.mesh.warnings)
+    fmt::print(stderr, "parian: warning: {}: {}\n", input.mesh_file, warning);
+  const std::string mark = fingerprint(input.scene, settings.model);
+  ReferenceState state = options.resume ? earlier_state(resumable(options), mark) : ReferenceState();
+  const std::uint32_t resumed = state.batches;
+
+  Settings shown;  // what the progress bar takes the end from
+  shown.error = settings.target;
+  shown.time = settings.time;
+  shown.frames = std::numeric_limits<std::uint32_t>::max();
+  listen_for_interrupt();
+  {
+    Progress progress(shown, !options.quiet, "batch");
+    const Clock rendering;
+    render_reference(input.scene, settings, state, [&](std::uint32_t batches, double error) {
+      progress.update(batches, error, rendering.seconds());
+      return !interrupted();
+    });
+  }
+  if (state.batches < least_batches) {
+    fmt::print(stderr, "parian: interrupted after {} of {} batches: too few for a standard error, nothing is written\n",
+               state.batches, least_batches);
+    return exit_interrupted;
+  }
+  if (state.batches > resumed || options.outputs.size() > 1)
+    write_outputs(options, input, settings, state, options.exposure.empty() ? input.exposure : *exposure, mark);
+  if (!options.quiet) {
+    const double error = own_relmse(state);
+    fmt::print("{}: {} batches of {} samples in {}, own relMSE {}\n", fmt::join(options.outputs, ", "), state.batches,
+               state.samples, duration(clock.seconds()), error >= 0 ? fmt::format("{:.2g}", error) : "unknown");
+  }
+  return interrupted() ? exit_interrupted : 0;
+}
+
+}  // namespace
+
+void add_reference(CLI::App& app, Run& run) {
+  CLI::App* command = app.add_subcommand("reference", "the same picture by Monte Carlo in double precision, on the host");
+  const auto options = std::make_shared<ReferenceOptions>();
+  add_scene_options(*command, options->input);
+  add_texts(*command, "-o,--output", options->outputs, "FILE",
+            "picture to write: .exr keeps the standard error; repeatable, needed");
+  const char* well = "How well";
+  add_text(*command, "--error", options->error, "E", "stop when the picture's own relMSE is below E; 0: never (0.0001)")
+      ->group(well);
+  add_text(*command, "--time", options->time, "S",
+           fmt::format("stop after S seconds and {} batches; 0: no limit (0)", least_batches))
+      ->group(well);
+  add_text(*command, "--seed", options->seed, "N", "another seed, another noise (0)")->group(well);
+  command->add_flag("--resume", options->resume, "add to FILE if it's there, made of the same scene")->group(well);
+  const char* see = "Where and what to see";
+  add_text(*command, "--exposure", options->exposure, "STOPS|auto", "brightness of .png and the like (0)")->group(see);
+  command->add_flag("--quiet", options->quiet, "no progress and no summary")->group(see);
+  command->footer(
+      "Shares nothing with 'parian render' but the scene, the camera and the formulas of the dipole: no light map, no\n"
+      "layers, and no device. In a scene, [render] says the model only.\n"
+      "Ctrl-C finishes the batch, writes the pictures and exits with 130; --resume goes on from there.\n"
+      "Examples:\n"
+      "  parian reference dragon.ply -o truth.exr --size 128x128\n"
+      "  parian compare dragon.exr truth.exr");
+  command->callback([&run, options] { run = [options] { return run_reference(*options); }; });
+}
+
+}  // namespace parian

@@ -1,0 +1,258 @@
+// Batches of camera rays; at each point of exit S_d is summed over drawn places of entry.
+#include "reference.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+
+#include "error.hpp"
+#include "kernels/bssrdf.h"
+#include "medium.hpp"
+#include "parallel.hpp"
+#include "reference_entry.hpp"
+#include "reference_surface.hpp"
+#include "views.hpp"
+
+namespace parian {
+namespace {
+
+constexpr std::uint32_t samples_per_batch = 4;  // camera rays per pixel
+constexpr std::uint32_t entries_per_exit = 32;  // divided between the lights
+constexpr float covered = 0.999F;               // alpha from which a pixel counts for its own relMSE
+
+kernels::real3 to_real3(glm::dvec3 v) { return {v.x, v.y, v.z}; }
+
+struct Light {
+  glm::dvec3 towards, irradiance;
+};
+
+/// The scene in object units, prepared for all batches.
+class Transport {
+ public:
+  Transport(const Scene& scene, Model model, std::uint32_t threads)
+      : model_(model),
+        space_(object_space(scene.mesh.positions)),
+        view_(pinhole_view(scene.cameras.at(0), space_, scene.film)),
+        boundary_(exact_boundary(scene.material.ior)),
+        surface_(scene.mesh, space_) {
+    for (int c = 0; c < 3; ++c) {
+      const auto constants =
+          channel_constants(scene.material.sigma_s[c], scene.material.sigma_a[c], scene.material.g[c], scene.material.ior);
+      const kernels::ExactMedium medium = exact_medium(constants, model, space_.radius);
+      medium_of_[c] = no_medium;
+      if (medium.scale == 0) continue;  // the channel is black
+      for (medium_of_[c] = 0; medium_of_[c] < media_.size(); ++medium_of_[c])
+        if (std::memcmp(&media_[medium_of_[c]], &medium, sizeof medium) == 0) break;
+      if (medium_of_[c] == media_.size()) media_.push_back(medium);
+    }
+    std::vector<glm::dvec3> directions;
+    for (const DirectionalLight& light : scene.lights) {
+      if (light.irradiance == glm::dvec3(0)) continue;
+      lights_.push_back({glm::normalize(light.towards), light.irradiance});
+      directions.push_back(lights_.back().towards);
+    }
+    if (!media_.empty() && !lights_.empty()) entries_.emplace(surface_, media_, directions, threads);
+  }
+
+  /// One batch's RGBA of a pixel.
+  [[nodiscard]] glm::dvec4 pixel(std::uint32_t x, std::uint32_t y, std::uint32_t samples, RandomStream& random) const {
+    thread_local Scratch scratch;
+    glm::dvec4 sum(0.0);
+    const double shift_x = random(), shift_y = random();
+    for (std::uint32_t i = 0; i < samples; ++i) {  // the R2 sequence, randomly shifted
+      const double film_x = x + std::fmod(shift_x + i * 0.7548776662466927, 1.0);
+      const double film_y = y + std::fmod(shift_y + i * 0.5698402909980532, 1.0);
+      sum += sample(film_x, film_y, scratch, random);
+    }
+    return sum / double(samples);
+  }
+
+ private:
+  static constexpr std::size_t no_medium = 3;
+  struct Scratch {
+    EntryCut cut;
+    std::vector<EntryPlace> places;
+  };
+
+  /// RGBA of the surface seen at one place of the film.
+  [[nodiscard]] glm::dvec4 sample(double film_x, double film_y, Scratch& scratch, RandomStream& random) const {
+    const auto exact = [](const kernels::float4& v) { return glm::dvec3(v.x, v.y, v.z); };
+    const glm::dvec3 eye = exact(view_.origin), back = exact(view_.back);
+    const glm::dvec3 to_film = ((film_x - view_.centre_x) * exact(view_.right) + (film_y - view_.centre_y) * exact(view_.down)) /
+                                   double{view_.scale} -
+                               back;
+    const glm::dvec3 direction = glm::normalize(to_film);
+    const auto place = surface_.first_hit(eye, direction, view_.near_distance / -glm::dot(direction, back));
+    if (!place) return glm::dvec4(0.0);
+    const SurfacePoint exit = surface_.at(*place, -direction);
+    const glm::dvec3 w_o = -direction;
+    const kernels::real3 n = kernels::bend_normal(to_real3(exit.n_s), to_real3(w_o));
+    const double T21 = kernels::fresnel_transmittance(kernels::real3_dot(n, to_real3(w_o)), boundary_);
+    const glm::dvec3 radiance = T21 * scattered_radiance(exit.x, exit.n_s, scratch, random);
+    if (!std::isfinite(radiance.x + radiance.y + radiance.z)) {
+      throw Error(ErrorKind::input, fmt::format("triangle {}: the light that leaves it isn't finite; mend the mesh there",
+                                                place->triangle));
+    }
+    return {radiance, 1.0};
+  }
+
+  [[nodiscard]] glm::dvec3 scattered_radiance(glm::dvec3 x_o, glm::dvec3 n_o, Scratch& scratch,
+                                              RandomStream& random) const {
+    glm::dvec3 radiance(0.0);
+    if (!entries_) return radiance;
+    entries_->cut(x_o, scratch.cut);
+    const std::uint32_t count = std::max(4U, entries_per_exit / static_cast<std::uint32_t>(lights_.size()));
+    for (std::size_t l = 0; l < lights_.size(); ++l) {
+      const Light& light = lights_[l];
+      entries_->draw(scratch.cut, l, count, random, scratch.places);
+      std::array<double, 4> sum{};  // by medium; the last stays 0, for channels without one
+      for (const EntryPlace& entry : scratch.places) {
+        const SurfacePoint i = surface_.at(entry.place, light.towards);
+        const double cosine = std::abs(glm::dot(i.n_g, light.towards));
+        if (!surface_.is_lit(i.x, entry.place.triangle, light.towards)) continue;
+        const kernels::real3 w_i = to_real3(light.towards), n_i = kernels::bend_normal(to_real3(i.n_s), w_i);
+        const double T12 = kernels::fresnel_transmittance(kernels::real3_dot(n_i, w_i), boundary_);
+        const kernels::DipoleGeometry geometry =
+            kernels::dipole_geometry(to_real3(x_o - i.x), kernels::refract_into(w_i, n_i, boundary_), n_i, to_real3(n_o));
+        const double factor = T12 * cosine / entry.density;
+        for (std::size_t m = 0; m < media_.size(); ++m) sum[m] += factor * S_d(media_[m], geometry);
+      }
+      const glm::dvec3 mean = glm::dvec3(sum[medium_of_[0]], sum[medium_of_[1]], sum[medium_of_[2]]) / double(count);
+      radiance += light.irradiance * mean;
+    }
+    return radiance;
+  }
+
+  [[nodiscard]] double S_d(const kernels::ExactMedium& medium, const kernels::DipoleGeometry& geometry) const {
+    switch (model_) {
+      case Model::standard: return kernels::standard_dipole(medium, geometry);
+      case Model::better: return kernels::better_dipole(medium, geometry);
+      case Model::directional: break;
+    }
+    return kernels::directional_dipole(medium, geometry);
+  }
+
+  Model model_;
+  ObjectSpace space_;
+  kernels::View view_;
+  kernels::ExactBoundary boundary_;
+  std::vector<kernels::ExactMedium> media_;
+  std::array<std::size_t, 3> medium_of_{};
+  std::vector<Light> lights_;
+  ReferenceSurface surface_;
+  std::optional<ReferenceEntries> entries_;
+};
+
+/// Adds one batch to the running mean and sum of squares (Welford).
+void add_batch(const std::vector<glm::dvec4>& batch, ReferenceState& state) {
+  ++state.batches;
+  const double n = state.batches;
+  for (std::size_t i = 0; i < batch.size(); ++i)
+    for (int c = 0; c < 4; ++c) {
+      double& mean = state.mean[4 * i + c];
+      const double before = batch[i][c] - mean;
+      mean += before / n;
+      if (c < 3) state.squared[3 * i + c] += before * (batch[i][c] - mean);
+    }
+}
+
+}  // namespace
+
+double own_relmse(const ReferenceState& state) {
+  double sum = 0;
+  std::vector<std::size_t> inside;
+  for (std::size_t i = 0; i < state.mean.size() / 4; ++i) {
+    if (static_cast<float>(state.mean[4 * i + 3]) < covered) continue;
+    inside.push_back(i);
+    for (int c = 0; c < 3; ++c) sum += state.mean[4 * i + c];
+  }
+  if (inside.empty() || state.batches < 2) return -1;
+  const double values = 3.0 * static_cast<double>(inside.size()), n = state.batches;
+  const double epsilon = 0.01 * sum / values;
+  double relmse = 0;
+  for (const std::size_t i : inside)
+    for (int c = 0; c < 3; ++c) {
+      const double mean = state.mean[4 * i + c], variance = state.squared[3 * i + c] / (n * (n - 1));
+      if (variance > 0) relmse += variance / (mean * mean + epsilon * epsilon) / values;
+    }
+  return relmse;
+}
+
+void render_reference(const Scene& scene, const ReferenceSettings& settings, ReferenceState& state,
+                      const std::function<bool(std::uint32_t, double)>& progress) {
+  validate(scene.material, "material");
+  const Transport transport(scene, settings.model, settings.threads);
+  const std::size_t pixels = std::size_t{scene.film.x} * scene.film.y;
+  if (state.batches == 0) {
+    state = {scene.film.x, scene.film.y, 0, samples_per_batch, std::vector<double>(4 * pixels, 0.0),
+             std::vector<double>(3 * pixels, 0.0)};
+  }
+  const auto start = std::chrono::steady_clock::now();
+  const auto done = [&] {
+    if (state.batches < least_batches) return false;
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double error = own_relmse(state);  // unknown where nothing is covered fully: then the fewest batches do
+    return error < settings.target || (settings.time > 0 && seconds >= settings.time);
+  };
+  std::vector<glm::dvec4> batch(pixels);
+  constexpr std::size_t chunk = 32;  // pixels that a thread takes at once
+  while (!done()) {
+    in_parallel((pixels + chunk - 1) / chunk, settings.threads, [&](std::size_t k) {
+      for (std::size_t i = k * chunk; i < std::min(pixels, (k + 1) * chunk); ++i) {
+        RandomStream random(settings.seed, state.batches, i);
+        batch[i] = transport.pixel(static_cast<std::uint32_t>(i % scene.film.x),
+                                   static_cast<std::uint32_t>(i / scene.film.x), state.samples, random);
+      }
+    });
+    add_batch(batch, state);
+    if (progress && !progress(state.batches, own_relmse(state))) return;
+  }
+}
+
+Image reference_image(const ReferenceState& state) {
+  Image image{state.width, state.height, std::vector<float>(state.mean.begin(), state.mean.end()), own_relmse(state), {}};
+  if (state.batches < 2) return image;
+  const double n = state.batches;
+  for (const double squared : state.squared)
+    image.standard_error.push_back(static_cast<float>(std::sqrt(squared / (n * (n - 1)))));
+  return image;
+}
+
+ReferenceState reference_state(const Image& image, std::uint32_t batches, std::uint32_t samples) {
+  if (image.standard_error.empty() || batches < 2 || samples < 1)
+    throw Error(ErrorKind::input, "the picture doesn't say its standard error; start a new one");
+  ReferenceState state{image.width, image.height, batches, samples, {image.rgba.begin(), image.rgba.end()}, {}};
+  for (const double error : image.standard_error) state.squared.push_back(error * error * batches * (batches - 1.0));
+  return state;
+}
+
+std::string fingerprint(const Scene& scene, Model model) {
+  std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a, 64 bits
+  const auto add = [&hash](const void* bytes, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i)
+      hash = (hash ^ static_cast<const unsigned char*>(bytes)[i]) * 0x100000001b3;
+  };
+  const auto add_all = [&](const auto& values) { add(values.data(), values.size() * sizeof(values[0])); };
+  const auto add_one = [&](const auto& value) { add(&value, sizeof value); };
+  add_all(scene.mesh.positions);
+  add_all(scene.mesh.triangles);
+  add_all(scene.mesh.normals);
+  for (const glm::dvec3& v : {scene.material.sigma_s, scene.material.sigma_a, scene.material.g}) add_one(v);
+  add_one(scene.material.ior);
+  for (const DirectionalLight& light : scene.lights) {
+    add_one(light.towards);
+    add_one(light.irradiance);
+  }
+  const Camera& camera = scene.cameras.at(0);
+  for (const glm::dvec3& v : {camera.eye, camera.target, camera.up}) add_one(v);
+  add_one(camera.fov);
+  add_one(scene.film);
+  add_one(model);
+  return fmt::format("{:016x}", hash);
+}
+
+}  // namespace parian
