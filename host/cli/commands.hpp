@@ -18,6 +18,7 @@ using Run = std::function<int()>;
 void add_render(CLI::App& app, Run& run);
 void add_reference(CLI::App& app, Run& run);
 void add_compare(CLI::App& app, Run& run);
+void add_check(CLI::App& app, Run& run);
 void add_devices(CLI::App& app, Run& run);
 void add_materials(CLI::App& app, Run& run);
 

@@ -72,6 +72,7 @@ int run(int argc, char** argv) {
   parian::add_render(app, chosen);
   parian::add_reference(app, chosen);
   parian::add_compare(app, chosen);
+  parian::add_check(app, chosen);
   parian::add_devices(app, chosen);
   parian::add_materials(app, chosen);
   try {

@@ -40,9 +40,9 @@ struct PictureNotes {
 void check_output(const std::filesystem::path& path);
 
 /// Writes a linear premultiplied image as the extension says, whole or not at all. Throws Error(output).
-/// `.exr` and other formats of floats: linear, premultiplied, and in `.exr` channels stderr.R, .G and .B if the standard
-/// error is known. Formats of bytes: sRGB curve of 2^stops times the
-/// radiance, clipped, alpha unassociated. Formats without alpha: RGB over black.
+/// `.exr` and other formats of floats: linear, premultiplied, and in `.exr` channels stderr.R, .G and .B if the
+/// standard error is known. Formats of bytes: sRGB curve of 2^stops times the radiance, clipped, alpha unassociated.
+/// Formats without alpha: RGB over black.
 void write_image(const std::filesystem::path& path, const Image& image, const PictureNotes& notes,
                  const Exposure& exposure);
 

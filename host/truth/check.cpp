@@ -54,11 +54,12 @@ void add_judgement(CheckReport& report, Recorder& recorder, Program& program, co
   CheckResult result{section, model_names[m], "", "", j.worst_of_tol, 1, j.passed(), 0};
   result.outcome = fmt::format("{} pairs within tol, median {:.0e}, 99.9 % {:.0e}", j.cases, Judgement::median_limit,
                                Judgement::p999_limit);
-  result.found = fmt::format("median {:.2g}, 99.9 % {:.2g}, worst {:.2g} of itself", j.median, j.p999, j.worst_relative);
+  result.found =
+      fmt::format("median {:.2g}, 99.9 % {:.2g}, worst {:.2g} of itself", j.median, j.p999, j.worst_relative);
   VectorCase worst = cases[j.worst];
   if (j.outside > 0)
-    result.found += fmt::format("; {} outside tol, {} of them not finite or negative, worst '{}'", j.outside, j.bad,
-                                worst.name);
+    result.found +=
+        fmt::format("; {} outside tol, {} of them not finite or negative, worst '{}'", j.outside, j.bad, worst.name);
   for (std::size_t i = 0; i < models.size(); ++i)
     if (!std::isnan(worst.S[i]) && std::isnan(worst.tol[i])) worst.tol[i] = tolerance(worst, models[i]);
   report.worst.push_back(worst);

@@ -30,10 +30,10 @@ struct CheckReport {
 
 /// What to check, on what.
 struct CheckSettings {
-  std::string device;                      ///< as Renderer takes it
-  std::uint32_t seed = 0;                  ///< of the random cases
-  std::size_t random_cases = 100000;       ///< for each model
-  std::string program = kernel_sources;    ///< that is judged; only tests change it
+  std::string device;                    ///< as Renderer takes it
+  std::uint32_t seed = 0;                ///< of the random cases
+  std::size_t random_cases = 100000;     ///< for each model
+  std::string program = kernel_sources;  ///< that is judged; only tests change it
   std::function<void(const CheckResult&)> progress = [](const CheckResult&) {};  ///< is told each result at once
 };
 
