@@ -84,7 +84,8 @@ void warn_of_scale(Plan& plan, const Scene& scene) {
   if (shortest < 1e-3 * diameter)
     plan.warnings.push_back(
         fmt::format("mean free path of {:.3g} mm is short for an object of {:.3g} mm: it looks nearly opaque, and "
-                    "a light-map texel is coarser than the path; use a smaller size or a thinner material",
+                    "samples of a light map miss most of its light, so that the picture is too dark without the "
+                    "estimate knowing; use a larger --light-map-size, a smaller size or a thinner material",
                     shortest, diameter));
 }
 

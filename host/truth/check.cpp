@@ -10,6 +10,7 @@
 #include "extreme_cases.hpp"
 #include "plan.hpp"
 #include "self_test.hpp"
+#include "stiff_scenes.hpp"
 
 namespace parian {
 namespace {
@@ -44,6 +45,15 @@ struct Program {
   Compute compute;
   std::uint32_t lanes = 1;
 };
+
+/// What a case comes to; an error that isn't documented is an infinite one that says so.
+Finding run_finding(const std::function<Finding(Trial&)>& run, Trial& trial) {
+  try {
+    return run(trial);
+  } catch (const std::exception& error) {
+    return {INFINITY, 0, error.what()};
+  }
+}
 
 /// Judges `cases` by the rule of vector files and adds what came of it.
 void add_judgement(CheckReport& report, Recorder& recorder, Program& program, const std::vector<VectorCase>& cases,
@@ -86,10 +96,15 @@ CheckReport check_device(const CheckSettings& settings) {
     }
     add_judgement(report, recorder, program, cases, model, "random");
   }
+  if (!settings.scenes) return report;
   Trial trial(settings.device);
   for (const ExtremeCase& c : extreme_cases()) {
-    const Finding f = run_case(c, trial);
+    const Finding f = run_finding(c.run, trial);
     recorder.add({c.kind, c.name, c.outcome, f.what, f.error, f.allowed, f.passed(), 0});
+  }
+  for (const StiffScene& scene : stiff_scenes()) {
+    const Finding f = run_finding(scene.run, trial);
+    recorder.add({"scene", scene.name, scene.outcome, f.what, f.error, f.allowed, f.passed(), 0});
   }
   return report;
 }

@@ -33,11 +33,13 @@ struct CheckSettings {
   std::string device;                    ///< as Renderer takes it
   std::uint32_t seed = 0;                ///< of the random cases
   std::size_t random_cases = 100000;     ///< for each model
+  bool scenes = true;                    ///< whether to render the extreme cases and the stiff scenes, too
   std::string program = kernel_sources;  ///< that is judged; only tests change it
   std::function<void(const CheckResult&)> progress = [](const CheckResult&) {};  ///< is told each result at once
 };
 
-/// The self-test, random pairs of points, and the extreme cases. Throws Error(device) when there is no such device.
+/// The self-test, random pairs of points, the extreme cases and the stiff scenes. Throws Error(device) when there is no
+/// such device.
 [[nodiscard]] CheckReport check_device(const CheckSettings& settings);
 
 /// The pairs of points of a vector file, with every model that it has values for.

@@ -6,106 +6,12 @@
 
 #include <cmath>
 #include <future>
-#include <limits>
 
+#include "extreme_outcomes.hpp"
 #include "plan.hpp"
 
 namespace parian {
 namespace {
-
-using Change = std::function<void(Scene&, Settings&)>;
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
-// Of pictures that differ by rounding alone: pixels at silhouettes may change which of 64 positions they count.
-constexpr double rounding_relmse = 1e-6;
-
-Trial::Result changed(Trial& trial, const Change& change) {
-  Scene scene = ordinary_scene();
-  Settings settings = ordinary_settings();
-  change(scene, settings);
-  return trial.render(scene, settings);
-}
-
-/// True when `f` throws an Error whose text has all `words`.
-template <class F>
-Finding refused(const F& f, const std::vector<std::string>& words) {
-  try {
-    f();
-  } catch (const Error& error) {
-    const std::string text = error.what();
-    for (const std::string& word : words)
-      if (text.find(word) == std::string::npos) return {inf, 0, fmt::format("refused without '{}': {}", word, text)};
-    return {0, 0, "refused: " + text};
-  }
-  return {inf, 0, "not refused"};
-}
-
-/// The plan of a changed scene is refused, with words.
-std::function<Finding(Trial&)> refuses(const Change& change, const std::vector<std::string>& words) {
-  return [=](Trial& trial) {
-    Scene scene = ordinary_scene();
-    Settings settings = ordinary_settings();
-    change(scene, settings);
-    return refused([&] { (void)make_plan(scene, settings, trial.device()); }, words);
-  };
-}
-
-/// What fails of two findings, else the one that takes more of what it allows.
-Finding both(const Finding& a, const Finding& b) {
-  if (!a.passed() || !b.passed()) return a.passed() ? b : a;
-  Finding worse = a.allowed > 0 && (b.allowed == 0 || a.error / a.allowed > b.error / b.allowed) ? a : b;
-  if (!a.what.empty() && a.what != b.what) worse.what = a.what + "; " + b.what;
-  return worse;
-}
-
-Finding warned(const Trial::Result& result, const std::string& words) {
-  for (const std::string& warning : result.statistics.warnings)
-    if (warning.find(words) != std::string::npos) return {0, 0, "warns of it"};
-  return {inf, 0, fmt::format("no warning has '{}'", words)};
-}
-
-Finding not_black(const Trial::Result& result) {
-  return black(result.image).passed() ? Finding{inf, 0, "the picture is black"} : Finding{0, 0, "picture finite"};
-}
-
-/// Of R, G and B over the whole film.
-double mean_of(const Image& image) {
-  double sum = 0;
-  for (std::size_t i = 0; i < image.rgba.size(); ++i)
-    if (i % 4 < 3) sum += double{image.rgba[i]};
-  return sum / (0.75 * static_cast<double>(image.rgba.size()));
-}
-
-/// S_d of a material against the double form; its picture is finite and bright where the ordinary one is not black,
-/// unless `may_be_black`; and it warns with `words`.
-std::function<Finding(Trial&)> renders(const Material& material, const std::string& words = "",
-                                       bool may_be_black = false) {
-  return [=](Trial& trial) {
-    const Trial::Result result = changed(trial, [&](Scene& scene, Settings&) { scene.material = material; });
-    Finding picture = may_be_black ? Finding{0, 0, "picture finite"} : not_black(result);
-    if (!words.empty()) picture = both(picture, warned(result, words));
-    return picture.passed() ? trial.bssrdf(material) : picture;
-  };
-}
-
-/// A changed picture is the ordinary one's, to the bit or to rounding.
-std::function<Finding(Trial&)> changes_nothing(const Change& change, double relmse = 0) {
-  return [=](Trial& trial) {
-    const Image image = changed(trial, change).image;
-    const Image& expected = trial.ordinary().image;
-    return relmse > 0 ? same_picture(image, expected, relmse) : same_bits(image, expected);
-  };
-}
-
-/// Every pixel of a changed scene is covered by the object, all of it.
-std::function<Finding(Trial&)> covers_film(const Change& change) {
-  return [=](Trial& trial) {
-    const Image image = changed(trial, change).image;
-    double open = 0;
-    for (std::size_t i = 3; i < image.rgba.size(); i += 4) open += image.rgba[i] != 1.0F;
-    return Finding{open, 0, "pixels not covered whole"};
-  };
-}
 
 void scale(Scene& scene, double factor) {
   for (glm::dvec3& p : scene.mesh.positions) p *= factor;
@@ -123,86 +29,6 @@ Image times(Image image, float factor) {
   for (std::size_t i = 0; i < image.rgba.size(); ++i)
     if (i % 4 < 3) image.rgba[i] *= factor;
   return image;
-}
-
-// --- Optical ---
-
-Finding channels_are_independent(Trial& trial) {
-  const auto with_blue = [&](double factor) {
-    return changed(trial, [&](Scene& scene,
-                              Settings&) { scene.material.sigma_s.z *= factor, scene.material.sigma_a.z *= factor; })
-        .image;
-  };
-  Image picture = with_blue(1e4);
-  const Image& expected = trial.ordinary().image;  // samples are placed for the thinnest and the middle channel
-  for (std::size_t i = 2; i < picture.rgba.size(); i += 4) picture.rgba[i] = expected.rgba[i];
-  return both(same_bits(picture, expected), trial.bssrdf(medium_of(2e4, 500)));
-}
-
-/// More absorption is never brighter, from none over an albedo of 1 - 1e-7 to half.
-Finding darkens_with_absorption(Trial& trial) {
-  double before = inf, rise = 0;
-  for (const double absorbed : {0.0, 1e-7, 1e-4, 1e-2, 0.5}) {
-    const Image image =
-        changed(trial, [&](Scene& scene, Settings&) { scene.material = medium_of(1 - absorbed, absorbed); }).image;
-    const double mean = mean_of(image);
-    rise = std::max(rise, mean / before - 1);
-    before = mean;
-  }
-  // Samples follow the density of each material: the sums carry a little noise.
-  return both({rise, 0.01, "rise of the mean"}, trial.bssrdf(medium_of(1, 1e-7)));
-}
-
-Finding refuses_bad_coefficients(Trial& trial) {
-  Finding worst;
-  for (const double bad : {nan, inf, -1.0})
-    for (const char* name : {"sigma_s", "sigma_a", "ior", "g"}) {
-      const double value = bad == -1.0 && *name == 'g' ? -1.1 : bad;
-      worst = refuses(
-          [&](Scene& scene, Settings&) {
-            Material& m = scene.material;
-            if (std::string(name) == "sigma_s") m.sigma_s.y = value;
-            if (std::string(name) == "sigma_a") m.sigma_a.y = value;
-            if (std::string(name) == "ior") m.ior = value;
-            if (std::string(name) == "g") m.g.y = value;
-          },
-          {name})(trial);
-      if (!worst.passed()) return worst;
-    }
-  return worst;
-}
-
-void add_optical(std::vector<ExtremeCase>& list) {
-  const char* k = "optical";
-  list.push_back({k, "nothing absorbed", "S_d as in double, picture finite", renders(medium_of(1, 0))});
-  list.push_back({k, "nothing scattered", "exactly black, and a warning", [](Trial& trial) {
-                    const auto r = changed(trial, [](Scene& s, Settings&) { s.material = medium_of(0, 1); });
-                    return both(black(r.image), warned(r, "does not scatter"));
-                  }});
-  list.push_back({k, "vacuum", "refused",
-                  refuses([](Scene& s, Settings&) { s.material = medium_of(0, 0); }, {"scattering or absorption"})});
-  // The lit crescent is narrower than a pixel's distance to the next lit point: it may well be black.
-  list.push_back({k, "opaque: 1e6 per mm", "S_d as in double, and a warning",
-                  renders(medium_of(9.9e5, 1e4), "is short for an object", true)});
-  list.push_back({k, "nearly clear: 1e-6 per mm", "S_d as in double, and a warning",
-                  renders(medium_of(9.9e-7, 1e-8), "is long for an object", true)});
-  list.push_back({k, "albedo 1 - 1e-7", "never brighter with more absorption", darkens_with_absorption});
-  list.push_back({k, "albedo 1e-6", "S_d as in double, and a warning", renders(medium_of(1e-6, 1), "reduced albedo")});
-  list.push_back({k, "one channel 1e4 denser", "the others' bits don't change", channels_are_independent});
-  for (const double ior : {1.0, 1 - 1e-6, 1 + 1e-6})
-    list.push_back({k,
-                    ior == 1  ? "ior 1"
-                    : ior < 1 ? "ior 1 - 1e-6"
-                              : "ior 1 + 1e-6",
-                    "S_d as in double", renders(medium_of(1, 0.01, 0, ior))});
-  list.push_back({k, "ior 0.8", "S_d as in double", renders(medium_of(1, 0.01, 0, 0.8))});
-  list.push_back({k, "ior 3", "S_d as in double", renders(medium_of(1, 0.01, 0, 3))});
-  list.push_back({k, "g 0.99", "S_d as in double", renders(medium_of(100, 0.01, 0.99))});
-  list.push_back({k, "g -0.99", "S_d as in double", renders(medium_of(0.5, 0.01, -0.99))});
-  list.push_back({k, "g 1", "exactly black: all light goes straight on", [](Trial& trial) {
-                    return black(changed(trial, [](Scene& s, Settings&) { s.material = medium_of(1, 0.1, 1); }).image);
-                  }});
-  list.push_back({k, "NaN, infinite, negative", "refused by the coefficient's name", refuses_bad_coefficients});
 }
 
 // --- Geometric ---
@@ -444,7 +270,7 @@ void add_resource(std::vector<ExtremeCase>& list) {
 const std::vector<ExtremeCase>& extreme_cases() {
   static const std::vector<ExtremeCase> list = [] {
     std::vector<ExtremeCase> cases;
-    add_optical(cases);
+    add_extreme_media(cases);
     add_geometric(cases);
     add_lighting(cases);
     add_camera(cases);
@@ -452,14 +278,6 @@ const std::vector<ExtremeCase>& extreme_cases() {
     return cases;
   }();
   return list;
-}
-
-Finding run_case(const ExtremeCase& extreme_case, Trial& trial) {
-  try {
-    return extreme_case.run(trial);
-  } catch (const std::exception& error) {
-    return {inf, 0, error.what()};
-  }
 }
 
 }  // namespace parian

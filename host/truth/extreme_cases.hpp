@@ -17,7 +17,7 @@ struct ExtremeCase {
 /// All of them, by kind.
 [[nodiscard]] const std::vector<ExtremeCase>& extreme_cases();
 
-/// Runs one. Never throws: an error that isn't documented is an infinite one that says so.
-[[nodiscard]] Finding run_case(const ExtremeCase& extreme_case, Trial& trial);
+/// Adds those of media.
+void add_extreme_media(std::vector<ExtremeCase>& list);
 
 }  // namespace parian
