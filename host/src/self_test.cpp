@@ -125,9 +125,9 @@ SelfTestAnswer raster_answer(Compute& compute) {
   constexpr int side = 16, px = SUBPIXELS, half = SUBPIXELS / 2;
   const glm::ivec2 a(half, half), b(half, 15 * px + half), c(15 * px + half, 15 * px + half), d(15 * px + half, half);
   const std::vector<kernels::RasterTriangle> triangles{
-      tile_triangle({a, b, c}, 0.7F, 1.3e-5F, 2.9e-5F, 0), tile_triangle({a, c, d}, 0.7F, 1.3e-5F, 2.9e-5F, 1),
-      tile_triangle({glm::ivec2(700, 300), {300, 3001}, {3901, 2000}}, 0.71F, 3.1e-6F, 3.7e-5F, 3),
-      tile_triangle({glm::ivec2(700, 300), {300, 3001}, {3901, 2000}}, 0.71F, 3.1e-6F, 3.7e-5F, 2)};
+      tile_triangle({a, c, b}, 0.7F, 1.3e-5F, 2.9e-5F, 0), tile_triangle({a, d, c}, 0.7F, 1.3e-5F, 2.9e-5F, 1),
+      tile_triangle({glm::ivec2(700, 300), {3901, 2000}, {300, 3001}}, 0.71F, 3.1e-6F, 3.7e-5F, 3),
+      tile_triangle({glm::ivec2(700, 300), {3901, 2000}, {300, 3001}}, 0.71F, 3.1e-6F, 3.7e-5F, 2)};
   kernels::Window window{};
   window.width = window.height = side;
   window.sample_x = window.sample_y = half;
@@ -143,7 +143,7 @@ SelfTestAnswer raster_answer(Compute& compute) {
                              found = compute.read<cl_uint>(ids, side * side);
   for (cl::Buffer* buffer : {&records, &large, &n_large, &depth, &ids}) compute.release(*buffer);
 
-  std::size_t wrong = 0;
+  std::size_t wrong = 0, drawn = 0;
   for (int y = 0; y < side; ++y)
     for (int x = 0; x < side; ++x) {
       kernels::uint id = NO_TRIANGLE, nearest = NO_DEPTH;
@@ -155,9 +155,12 @@ SelfTestAnswer raster_answer(Compute& compute) {
         key = ~key;
         if (key < nearest || (key == nearest && t.triangle < id)) id = t.triangle, nearest = key;
       }
+      drawn += id != NO_TRIANGLE;
       wrong += found[std::size_t(y * side + x)] != id || depths[std::size_t(y * side + x)] != nearest;
     }
-  return {"raster tile", fmt::format("{} of {} pixels differ in triangle or depth", wrong, side * side), wrong == 0};
+  return {"raster tile",
+          fmt::format("{} of {} pixels differ in triangle or depth, {} are covered", wrong, side * side, drawn),
+          wrong == 0};
 }
 
 }  // namespace
