@@ -82,8 +82,9 @@ TEST(SelfTest, NamesWhatIsBroken) {
                 {"return real_max(S, real_splat(LIT(0.0)));", "return S * (S - S) / (S - S);", "dipole sum"}};  // NaN
   for (const auto& b : breaks) {
     Prepared device(broken_program(b.from, b.to), 1);
+    Settings settings;
     try {
-      (void)require_sound(device.compute, Model::directional, 1, false);
+      (void)require_sound(device.compute, settings, 1);
       ADD_FAILURE() << b.name << " is broken, and the device not refused";
     } catch (const Error& error) {
       const std::string text = error.what();
@@ -92,7 +93,8 @@ TEST(SelfTest, NamesWhatIsBroken) {
       EXPECT_NE(text.find(device.compute.info().name), std::string::npos) << text;
       EXPECT_NE(text.find("--force"), std::string::npos) << text;
     }
-    const std::vector<std::string> warnings = require_sound(device.compute, Model::directional, 1, true);
+    settings.force = true;
+    const std::vector<std::string> warnings = require_sound(device.compute, settings, 1);
     ASSERT_FALSE(warnings.empty());
     EXPECT_NE(warnings.front().find(b.name), std::string::npos) << warnings.front();
   }

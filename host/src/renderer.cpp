@@ -74,8 +74,7 @@ void Renderer::State::prepare() {
   }
   with_device_errors(compute.info(), [&] {
     Timer timer(statistics.seconds.plan);
-    for (auto& doubt : require_sound(compute, settings.model, plan.lanes, settings.force))
-      plan.warnings.push_back(doubt);
+    for (auto& doubt : require_sound(compute, settings, plan.lanes)) plan.warnings.push_back(doubt);
     passes.seed = settings.seed;
     for (const glm::dvec3& x : scene.mesh.positions) points.push_back((x - plan.space.centre) / plan.space.radius);
     for (const Camera& camera : scene.cameras) cameras.push_back(pinhole_view(camera, plan.space, scene.film));

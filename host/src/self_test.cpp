@@ -205,13 +205,13 @@ std::vector<SelfTestAnswer> self_test(Compute& compute, Model model, std::uint32
   return answers;
 }
 
-std::vector<std::string> require_sound(Compute& compute, Model model, std::uint32_t lanes, bool force) {
+std::vector<std::string> require_sound(Compute& compute, const Settings& settings, std::uint32_t lanes) {
   std::vector<std::string> warnings;
-  for (const SelfTestAnswer& answer : self_test(compute, model, lanes)) {
+  for (const SelfTestAnswer& answer : self_test(compute, settings.model, lanes)) {
     if (answer.passed) continue;
     const std::string what =
         fmt::format("{}: the device fails the self-test '{}' ({})", compute.info().name, answer.name, answer.found);
-    if (!force)
+    if (!settings.force)
       throw Error(ErrorKind::device,
                   what + "; update its driver, choose another with --device, or render all the same with --force");
     warnings.push_back(what + "; the picture may be wrong");

@@ -18,8 +18,8 @@ struct SelfTestAnswer {
 /// barriers, an atomic minimum, one raster tile, and S_d of pairs of points against the double form. Waits.
 [[nodiscard]] std::vector<SelfTestAnswer> self_test(Compute& compute, Model model, std::uint32_t lanes);
 
-/// Throws Error(device) with the device's name, the first check that failed and the remedy; with `force` returns that
-/// as warnings instead, one for each check. Waits.
-[[nodiscard]] std::vector<std::string> require_sound(Compute& compute, Model model, std::uint32_t lanes, bool force);
+/// Throws Error(device) with the device's name, the first check that failed and the remedy; with `settings.force`
+/// returns that as warnings instead, one for each check. Waits.
+[[nodiscard]] std::vector<std::string> require_sound(Compute& compute, const Settings& settings, std::uint32_t lanes);
 
 }  // namespace parian
