@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "renderer_state.hpp"
+#include "self_test.hpp"
 #include "visibility.hpp"
 
 namespace parian {
@@ -24,6 +25,7 @@ void Renderer::State::prepare() {
   }
   with_device_errors(compute.info(), [&] {
     Timer timer(statistics.seconds.plan);
+    for (auto& doubt : require_sound(compute, settings, plan.lanes)) plan.warnings.push_back(doubt);
     passes.seed = settings.seed;
     for (const glm::dvec3& x : scene.mesh.positions) points.push_back((x - plan.space.centre) / plan.space.radius);
     for (const Camera& camera : scene.cameras) cameras.push_back(pinhole_view(camera, plan.space, scene.film));

@@ -34,6 +34,9 @@ struct Camera {
   double fov = 30.0;
 };
 
+/// Largest side of the film, in pixels.
+inline constexpr std::uint32_t largest_film_side = 16384;
+
 struct Scene {
   Mesh mesh;  ///< world space, mm
   Material material;
@@ -63,7 +66,7 @@ struct Settings {
   bool pyramids = true;
   std::uint32_t seed = 0;
   std::set<std::string> keep;  ///< names of omissions that are forced off, or "all"
-  bool force = false;          ///< try although the device's memory seems too small
+  bool force = false;          ///< try although the device's memory seems too small or its self-test fails
 };
 
 /// A linear image, RGBA premultiplied, row by row from the top left.
