@@ -23,6 +23,8 @@ struct ReferenceOptions {
   bool resume = false, quiet = false;
 };
 
+constexpr std::uint32_t rays_per_batch = 1U << 17;
+
 ReferenceSettings parse_settings(const ReferenceOptions& options) {
   constexpr double year = 365.0 * 86400.0, largest_seed = std::numeric_limits<std::uint32_t>::max();
   ReferenceSettings settings;
@@ -91,6 +93,8 @@ int run_reference(const ReferenceOptions& options) {
   for (const std::string& output : options.outputs) check_output(output);
   const Input input = load_input(options.input.input, options.input.overrides());
   settings.model = input.settings.model;
+  const std::uint32_t pixels = input.scene.film.x * input.scene.film.y;
+  settings.samples = std::clamp(rays_per_batch / pixels, 1U, settings.samples);  // no batch of a large film takes hours
   for (const std::string& warning : input.scene.mesh.warnings)
     fmt::print(stderr, "parian: warning: {}: {}\n", input.mesh_file, warning);
   const std::string mark = fingerprint(input.scene, settings.model);
