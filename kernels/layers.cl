@@ -23,8 +23,9 @@ typedef struct {
 } Transport;
 
 // Where samples of one light are centred for one point: (x, y in the light's frame, h, log G(h)).
-static float4 sampling_centre(float3 x, __constant Light* light, Density density, __global const float2* rho,
-                              __global const float2* extent, __constant uint* level_first, uint levels) {
+static float4 sampling_centre(float3 x, __constant Light* light, __global const float4* map, Density density,
+                              __global const float2* rho, __global const float2* extent, __constant uint* level_first,
+                              uint levels) {
   const float3 p = to_frame(light->view, x - light->view.origin.xyz);
 #if ESTIMATOR != 0
   return (float4)(p.xy, 0.0f, 0.0f);
@@ -78,6 +79,18 @@ static float4 sampling_centre(float3 x, __constant Light* light, Density density
         stack[top] = child[c];
         bound[top++] = distance[c];
       }
+  }
+  // Lit points are nearer to the plane of their own texel than to any texel's centre.
+  const float column = floor(t.x - light->sample_x[0] + 0.5f), row = floor(t.y - light->sample_y[0] + 0.5f);
+  if (column >= 0.0f && row >= 0.0f && column < (float)light->view.width && row < (float)light->view.height) {
+    const float4 texel = map[light->map + (uint)row * light->view.width + (uint)column];
+    const float2 beside = t.xy - (float2)(column + light->sample_x[0], row + light->sample_y[0]);
+    const float3 n = normalize((float3)(-texel.yz, 1.0f));
+    const float away = n.z * (t.z - texel.x * scale - dot(texel.yz, beside));
+    if (texel.x > UNLIT && fabs(away) < 0.5f && away * away < nearest) {
+      nearest = away * away;
+      centre = t.xy - away * n.xy;
+    }
   }
   const float d_min = nearest < FLT_MAX ? sqrt(nearest) / scale : 0.0f;
   const float h = sqrt(density.h_min * density.h_min + d_min * d_min);
@@ -243,9 +256,10 @@ __kernel void layers_resolve(const View view, __global const uint* restrict ids,
 __kernel void layers_points(__constant View* views, const uint n_points, __global const uint* restrict needed,
                             __global const uint* restrict ids, __global const float4* restrict positions,
                             __global const uint* restrict triangles, __global const float* restrict normals,
-                            __constant Light* lights, const Density density, __global const float2* restrict rho,
-                            __global const float2* restrict extent, __constant uint* level_first, const uint levels,
-                            __global float4* restrict points, __global float4* restrict centres) {
+                            __constant Light* lights, __global const float4* restrict map, const Density density,
+                            __global const float2* restrict rho, __global const float2* restrict extent,
+                            __constant uint* level_first, const uint levels, __global float4* restrict points,
+                            __global float4* restrict centres) {
   const uint i = (uint)get_global_id(0);
   if (i >= n_points) return;
   const uint texel = needed[i], size = views[0].width * views[0].height, layer = texel / size, t = texel % size;
@@ -255,7 +269,7 @@ __kernel void layers_points(__constant View* views, const uint n_points, __globa
   points[2 * i] = (float4)(s.x, as_float(texel | POINT_BITS));
   points[2 * i + 1] = (float4)(s.n_s, 0.0f);
   for (uint l = 0; l < LIGHTS; ++l)
-    centres[LIGHTS * i + l] = sampling_centre(s.x, lights + l, density, rho, extent, level_first, levels);
+    centres[LIGHTS * i + l] = sampling_centre(s.x, lights + l, map, density, rho, extent, level_first, levels);
 }
 
 // One frame: a round of samples for both halves of every needed texel. values[2 i + half] sums rounds, RGB.

@@ -178,8 +178,8 @@ void set_needed(Passes& p, const std::vector<cl_uint>& needed) {
   k.centres = p.compute.buffer<kernels::float4>(m.lights.size() * needed.size());
   k.values = p.compute.buffer<kernels::float4>(2 * (needed.size() + k.level_first.back() - k.level_first[1]));
   p.compute.launch("layers_points", k.n_points, Stage::layers, k.views_buffer, k.n_points, list, k.ids, g.positions,
-                   g.triangles, g.normals, m.lights_buffer, p.plan.density.parameters, p.rho, m.extent, m.level_first,
-                   m.levels, k.points, k.centres);
+                   g.triangles, g.normals, m.lights_buffer, m.map, p.plan.density.parameters, p.rho, m.extent,
+                   m.level_first, m.levels, k.points, k.centres);
   p.compute.finish();
   p.compute.release(list);
   p.compute.release(k.ids);
