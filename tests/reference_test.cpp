@@ -177,6 +177,18 @@ double largest_z(const Image& a, const Image& b) {
 /// Ratio of the pictures' mean values.
 double ratio(const Image& a, const Image& b) { return test::mean_value(a) / test::mean_value(b); }
 
+/// Standard error of that ratio's distance from 1; the channels of a pixel err together.
+double ratio_error(const Image& a, const Image& b) {
+  double variance = 0;
+  for (const Image* image : {&a, &b}) {
+    for (std::size_t i = 0; i < image->standard_error.size(); i += 3) {
+      const double sum = double{image->standard_error[i]} + image->standard_error[i + 1] + image->standard_error[i + 2];
+      variance += sum * sum;
+    }
+  }
+  return std::sqrt(variance) / (test::mean_value(b) * static_cast<double>(b.standard_error.size()));
+}
+
 TEST(ReferenceTest, ThreadsDontMatter) {
   const Scene scene = small_scene("concave");
   const Image one = reference_image(render(scene, Model::directional, 1, 3, 7, 1));
@@ -259,10 +271,11 @@ TEST(ReferenceTest, RotationDoesntMatter) {
   turned.lights[0].towards = turn(scene.lights[0].towards);
   const Image a = reference_image(render(scene, Model::directional, 8, 16, 1));
   const Image b = reference_image(render(turned, Model::directional, 8, 16, 2));
-  const double z = largest_z(a, b), r = ratio(a, b);
-  fmt::print("rotation: largest z {:.2f}, ratio of means {:.5f}\n", z, r);
+  const double z = largest_z(a, b), r = ratio(a, b), error = ratio_error(a, b);
+  fmt::print("rotation: largest z {:.2f}, ratio of means {:.5f} +- {:.5f}\n", z, r, error);
   EXPECT_LT(z, 8);  // of Student's t with 30 degrees of freedom, 1 in 1e8
-  EXPECT_NEAR(r, 1.0, 0.01);
+  EXPECT_LT(error, 0.005);
+  EXPECT_NEAR(r, 1.0, 4 * error);
 }
 
 TEST(ReferenceTest, LightsAdd) {
@@ -277,10 +290,11 @@ TEST(ReferenceTest, LightsAdd) {
   for (std::size_t i = 0; i < sum.rgba.size(); ++i) sum.rgba[i] += b.rgba[i];
   for (std::size_t i = 0; i < sum.standard_error.size(); ++i)
     sum.standard_error[i] = std::hypot(a.standard_error[i], b.standard_error[i]);
-  const double z = largest_z(sum, both), r = ratio(sum, both);
-  fmt::print("lights: largest z {:.2f}, ratio of means {:.5f}\n", z, r);
+  const double z = largest_z(sum, both), r = ratio(sum, both), error = ratio_error(sum, both);
+  fmt::print("lights: largest z {:.2f}, ratio of means {:.5f} +- {:.5f}\n", z, r, error);
   EXPECT_LT(z, 8);
-  EXPECT_NEAR(r, 1.0, 0.01);
+  EXPECT_LT(error, 0.005);
+  EXPECT_NEAR(r, 1.0, 4 * error);
 }
 
 TEST(ReferenceTest, WhatIsBlackIsExactlyBlack) {

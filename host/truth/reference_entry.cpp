@@ -214,69 +214,73 @@ void ReferenceEntries::sum_mixture(EntryCut& cut) const {
     }
 }
 
+ReferenceEntries::Reach ReferenceEntries::reach(const CutNode& n, glm::dvec3 x) const {
+  glm::dvec3 centre;
+  double variance = 0, radius = 0;
+  if (n.share == 1) {
+    centre = nodes_[n.node].centre;
+    variance = nodes_[n.node].variance;
+    radius = nodes_[n.node].radius;
+  } else {
+    const auto [a, b, c] = points_of(pieces_[n.node].triangle, n.corners);
+    centre = (a + b + c) / 3.0;
+    const double da = squared_length(a - centre), db = squared_length(b - centre), dc = squared_length(c - centre);
+    variance = (da + db + dc) / 12.0;
+    radius = std::sqrt(std::max({da, db, dc}));
+  }
+  const double squared = squared_length(x - centre), nearest = std::max(0.0, std::sqrt(squared) - radius);
+  return {squared + variance, nearest * nearest};
+}
+
+/// Puts the children of a node, or the four parts of a piece's triangle, among the pending.
+void ReferenceEntries::split(const CutNode& n, EntryCut& cut) const {
+  const Node& node = nodes_[n.node];
+  if (node.right != leaf) {
+    cut.pending.push_back({node.right, 1, {}, {}});
+    cut.pending.push_back({node.left, 1, {}, {}});
+    return;
+  }
+  const auto [a, b, c] = n.share == 1 ? corners_of(pieces_[n.node]) : n.corners;
+  const glm::dvec2 ab = 0.5 * (a + b), bc = 0.5 * (b + c), ca = 0.5 * (c + a);
+  for (const auto& part : {std::array{a, ab, ca}, std::array{ab, b, bc}, std::array{ca, bc, c}, std::array{bc, ca, ab}})
+    cut.pending.push_back({n.node, 0.25 * n.share, part, {}});
+}
+
+/// Whether g varies so much within a node that drawing from it as a whole could add more than `largest_excess` to the
+/// second moment of the estimate; `most` is g at the node's nearest place.
+bool ReferenceEntries::varies(const CutNode& n, const std::array<double, 3>& most, const EntryCut& cut) const {
+  for (std::size_t k = 0; k < 2 * lights_; ++k) {
+    const double w = n.share * weights_[n.node * lights_ * 2 + k];
+    for (std::size_t c = 0; c < channels_ && w > 0; ++c)
+      if (w * cut.mixture[k][c] * most[c] * (most[c] - n.g[c]) > largest_excess * n.g[c]) return true;
+  }
+  return false;
+}
+
 void ReferenceEntries::cut(glm::dvec3 x, EntryCut& cut) const {
-  struct Reach {
-    double mean, nearest;  // squared distances
-  };
-  const auto reach = [&](const CutNode& n, glm::dvec3& centre, double& radius) -> Reach {
-    double variance;
-    if (n.share == 1) {
-      centre = nodes_[n.node].centre;
-      radius = nodes_[n.node].radius;
-      variance = nodes_[n.node].variance;
-    } else {
-      const auto [a, b, c] = points_of(pieces_[n.node].triangle, n.corners);
-      centre = (a + b + c) / 3.0;
-      const double da = squared_length(a - centre), db = squared_length(b - centre), dc = squared_length(c - centre);
-      radius = std::sqrt(std::max({da, db, dc}));
-      variance = (da + db + dc) / 12.0;
-    }
-    const double squared = squared_length(x - centre), nearest = std::max(0.0, std::sqrt(squared) - radius);
-    return {squared + variance, nearest * nearest};
-  };
-  const auto split = [&](const CutNode& n) {
-    const Node& node = nodes_[n.node];
-    if (node.right != leaf) {
-      cut.pending.push_back({node.right, 1, {}, {}});
-      cut.pending.push_back({node.left, 1, {}, {}});
-      return;
-    }
-    const auto [a, b, c] = n.share == 1 ? corners_of(pieces_[n.node]) : n.corners;
-    const glm::dvec2 ab = 0.5 * (a + b), bc = 0.5 * (b + c), ca = 0.5 * (c + a);
-    for (const auto& part :
-         {std::array{a, ab, ca}, std::array{ab, b, bc}, std::array{ca, bc, c}, std::array{bc, ca, ab}})
-      cut.pending.push_back({n.node, 0.25 * n.share, part, {}});
-  };
-  // First the nodes that don't surround the point, for the sums; then those that matter and vary too much are split.
-  for (const bool refine : {false, true}) {
-    if (refine) {
-      sum_mixture(cut);
-      std::swap(cut.nodes, cut.pending);
-      std::reverse(cut.pending.begin(), cut.pending.end());
-    } else {
-      cut.pending.assign(1, {static_cast<std::uint32_t>(nodes_.size() - 1), 1, {}, {}});
-    }
-    cut.nodes.clear();
-    while (!cut.pending.empty()) {
-      CutNode n = cut.pending.back();
-      cut.pending.pop_back();
-      glm::dvec3 centre;
-      double radius = 0;
-      const Reach r = reach(n, centre, radius);
-      n.g = g_at(r.mean);
-      const std::array<double, 3>& most = g_at(r.nearest);
-      bool must_split = false;
-      if (refine) {
-        for (std::size_t k = 0; k < 2 * lights_ && !must_split; ++k) {
-          const double w = n.share * weights_[n.node * lights_ * 2 + k];
-          for (std::size_t c = 0; c < channels_ && w > 0; ++c)
-            must_split |= w * cut.mixture[k][c] * most[c] * (most[c] - n.g[c]) > largest_excess * n.g[c];
-        }
-      } else if (r.nearest == 0) {
-        for (std::size_t c = 0; c < channels_; ++c) must_split |= most[c] > flat * n.g[c];
-      }
-      must_split ? split(n) : cut.nodes.push_back(n);
-    }
+  // First into nodes that the point lies outside of, for the sums.
+  cut.nodes.clear();
+  cut.pending.assign(1, {static_cast<std::uint32_t>(nodes_.size() - 1), 1, {}, {}});
+  while (!cut.pending.empty()) {
+    CutNode n = cut.pending.back();
+    cut.pending.pop_back();
+    const Reach r = reach(n, x);
+    n.g = g_at(r.mean);
+    const std::array<double, 3>& most = g_at(r.nearest);
+    bool surrounds = false;
+    for (std::size_t c = 0; c < channels_ && r.nearest == 0; ++c) surrounds |= most[c] > flat * n.g[c];
+    surrounds ? split(n, cut) : cut.nodes.push_back(n);
+  }
+  sum_mixture(cut);
+  // Then those that matter and vary too much are split, in the tree's order: strata are to be compact.
+  std::swap(cut.nodes, cut.pending);
+  std::reverse(cut.pending.begin(), cut.pending.end());
+  while (!cut.pending.empty()) {
+    CutNode n = cut.pending.back();
+    cut.pending.pop_back();
+    const Reach r = reach(n, x);
+    n.g = g_at(r.mean);
+    varies(n, g_at(r.nearest), cut) ? split(n, cut) : cut.nodes.push_back(n);
   }
   sum_mixture(cut);
 }

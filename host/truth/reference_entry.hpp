@@ -61,6 +61,10 @@ class ReferenceEntries {
     std::uint32_t left, right;  ///< children; of a leaf, left is the piece and right is `leaf`
   };
   static constexpr std::uint32_t leaf = 0xffffffff;
+  /// Mean and least squared distance of a node's surface from a point.
+  struct Reach {
+    double mean, nearest;
+  };
 
   void make_pieces();
   [[nodiscard]] std::array<glm::dvec2, 3> corners_of(const Piece& piece) const;
@@ -71,6 +75,9 @@ class ReferenceEntries {
   [[nodiscard]] std::vector<std::uint32_t> count_hits(glm::dvec3 towards, double& cell, std::uint32_t threads) const;
   [[nodiscard]] const std::array<double, 3>& g_at(double distance_squared) const;
   void sum_mixture(EntryCut& cut) const;
+  [[nodiscard]] Reach reach(const CutNode& n, glm::dvec3 x) const;
+  void split(const CutNode& n, EntryCut& cut) const;
+  [[nodiscard]] bool varies(const CutNode& n, const std::array<double, 3>& most, const EntryCut& cut) const;
   [[nodiscard]] double& weight(std::uint32_t node, std::size_t light, int unlit) {
     return weights_[(node * lights_ + light) * 2 + unlit];
   }
