@@ -23,7 +23,7 @@ struct ReferenceOptions {
   bool resume = false, quiet = false;
 };
 
-constexpr std::uint32_t rays_per_batch = 1U << 17;
+constexpr std::uint32_t rays_per_batch = 1U << 19;
 
 ReferenceSettings parse_settings(const ReferenceOptions& options) {
   constexpr double year = 365.0 * 86400.0, largest_seed = std::numeric_limits<std::uint32_t>::max();
