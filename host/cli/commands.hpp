@@ -20,6 +20,7 @@ void add_reference(CLI::App& app, Run& run);
 void add_compare(CLI::App& app, Run& run);
 void add_devices(CLI::App& app, Run& run);
 void add_materials(CLI::App& app, Run& run);
+void add_report(CLI::App& app, Run& run);
 
 /// The options that name the input and say how to render it, as the user wrote them; several subcommands have them.
 struct InputOptions {

@@ -92,7 +92,8 @@ void add_compare(CLI::App& app, Run& run) {
            "write signed relative errors as colours: blue too dark, red too bright, white equal");
   add_text(*command, "--scale", options->scale, "S", "relative error of full colour (0.1)");
   command->footer(
-      "relMSE is the mean of (I-R)^2 / (R^2 + eps^2) over pixels that both pictures cover fully and over RGB, with eps a\n"
+      "relMSE is the mean of (I-R)^2 / (R^2 + eps^2) over pixels that both pictures cover fully and over RGB, with eps "
+      "a\n"
       "hundredth of R's mean; the variance that 'parian reference' knows of its picture is subtracted.");
   command->callback([&run, options] { run = [options] { return run_compare(*options); }; });
 }

@@ -41,8 +41,8 @@ void Progress::update(std::uint32_t frames, double error, double seconds) {
   const std::string estimate = error >= 0 ? fmt::format("{:.2g}", error) : std::string("?");
   if (terminal_) {
     const int full = static_cast<int>(std::floor(share * bar_length));
-    fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {} {}  estimated relMSE {}  {} left\033[K", "", full, "",
-               bar_length - full, unit_, frames, estimate, left);
+    fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {} {}  estimated relMSE {}  {} left\033[K", "", full, "", bar_length - full,
+               unit_, frames, estimate, left);
     std::fflush(stderr);
     drawn_ = true;
   } else {

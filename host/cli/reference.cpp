@@ -58,9 +58,10 @@ ReferenceState earlier_state(const std::filesystem::path& path, const std::strin
                                               path.string()));
   }
   if (note("fingerprint") != wanted) {
-    throw Error(ErrorKind::input, fmt::format("{}: --resume: was made of another scene, camera, film, material, light or "
-                                              "model; give the same options, or another -o",
-                                              path.string()));
+    throw Error(ErrorKind::input,
+                fmt::format("{}: --resume: was made of another scene, camera, film, material, light or "
+                            "model; give the same options, or another -o",
+                            path.string()));
   }
   return reference_state(read_image(path), whole("batches"), whole("samples"));
 }
@@ -127,7 +128,8 @@ int run_reference(const ReferenceOptions& options) {
 }  // namespace
 
 void add_reference(CLI::App& app, Run& run) {
-  CLI::App* command = app.add_subcommand("reference", "the same picture by Monte Carlo in double precision, on the host");
+  CLI::App* command =
+      app.add_subcommand("reference", "the same picture by Monte Carlo in double precision, on the host");
   const auto options = std::make_shared<ReferenceOptions>();
   add_scene_options(*command, options->input);
   add_texts(*command, "-o,--output", options->outputs, "FILE",

@@ -40,8 +40,8 @@ class Transport {
         boundary_(exact_boundary(scene.material.ior)),
         surface_(scene.mesh, space_) {
     for (int c = 0; c < 3; ++c) {
-      const auto constants =
-          channel_constants(scene.material.sigma_s[c], scene.material.sigma_a[c], scene.material.g[c], scene.material.ior);
+      const auto constants = channel_constants(scene.material.sigma_s[c], scene.material.sigma_a[c],
+                                               scene.material.g[c], scene.material.ior);
       const kernels::ExactMedium medium = exact_medium(constants, model, space_.radius);
       medium_of_[c] = no_medium;
       if (medium.scale == 0) continue;  // the channel is black
@@ -82,9 +82,10 @@ class Transport {
   [[nodiscard]] glm::dvec4 sample(double film_x, double film_y, Scratch& scratch, RandomStream& random) const {
     const auto exact = [](const kernels::float4& v) { return glm::dvec3(v.x, v.y, v.z); };
     const glm::dvec3 eye = exact(view_.origin), back = exact(view_.back);
-    const glm::dvec3 to_film = ((film_x - view_.centre_x) * exact(view_.right) + (film_y - view_.centre_y) * exact(view_.down)) /
-                                   double{view_.scale} -
-                               back;
+    const glm::dvec3 to_film =
+        ((film_x - view_.centre_x) * exact(view_.right) + (film_y - view_.centre_y) * exact(view_.down)) /
+            double{view_.scale} -
+        back;
     const glm::dvec3 direction = glm::normalize(to_film);
     const auto place = surface_.first_hit(eye, direction, view_.near_distance / -glm::dot(direction, back));
     if (!place) return glm::dvec4(0.0);
@@ -94,8 +95,9 @@ class Transport {
     const double T21 = kernels::fresnel_transmittance(kernels::real3_dot(n, to_real3(w_o)), boundary_);
     const glm::dvec3 radiance = T21 * scattered_radiance(exit.x, exit.n_s, scratch, random);
     if (!std::isfinite(radiance.x + radiance.y + radiance.z)) {
-      throw Error(ErrorKind::input, fmt::format("triangle {}: the light that leaves it isn't finite; mend the mesh there",
-                                                place->triangle));
+      throw Error(
+          ErrorKind::input,
+          fmt::format("triangle {}: the light that leaves it isn't finite; mend the mesh there", place->triangle));
     }
     return {radiance, 1.0};
   }
@@ -116,8 +118,8 @@ class Transport {
         if (!surface_.is_lit(i.x, entry.place.triangle, light.towards)) continue;
         const kernels::real3 w_i = to_real3(light.towards), n_i = kernels::bend_normal(to_real3(i.n_s), w_i);
         const double T12 = kernels::fresnel_transmittance(kernels::real3_dot(n_i, w_i), boundary_);
-        const kernels::DipoleGeometry geometry =
-            kernels::dipole_geometry(to_real3(x_o - i.x), kernels::refract_into(w_i, n_i, boundary_), n_i, to_real3(n_o));
+        const kernels::DipoleGeometry geometry = kernels::dipole_geometry(
+            to_real3(x_o - i.x), kernels::refract_into(w_i, n_i, boundary_), n_i, to_real3(n_o));
         const double factor = T12 * cosine / entry.density;
         for (std::size_t m = 0; m < media_.size(); ++m) sum[m] += factor * S_d(media_[m], geometry);
       }
@@ -129,9 +131,12 @@ class Transport {
 
   [[nodiscard]] double S_d(const kernels::ExactMedium& medium, const kernels::DipoleGeometry& geometry) const {
     switch (model_) {
-      case Model::standard: return kernels::standard_dipole(medium, geometry);
-      case Model::better: return kernels::better_dipole(medium, geometry);
-      case Model::directional: break;
+      case Model::standard:
+        return kernels::standard_dipole(medium, geometry);
+      case Model::better:
+        return kernels::better_dipole(medium, geometry);
+      case Model::directional:
+        break;
     }
     return kernels::directional_dipole(medium, geometry);
   }
@@ -188,7 +193,11 @@ void render_reference(const Scene& scene, const ReferenceSettings& settings, Ref
   const Transport transport(scene, settings.model, settings.threads);
   const std::size_t pixels = std::size_t{scene.film.x} * scene.film.y;
   if (state.batches == 0) {
-    state = {scene.film.x, scene.film.y, 0, samples_per_batch, std::vector<double>(4 * pixels, 0.0),
+    state = {scene.film.x,
+             scene.film.y,
+             0,
+             samples_per_batch,
+             std::vector<double>(4 * pixels, 0.0),
              std::vector<double>(3 * pixels, 0.0)};
   }
   const auto start = std::chrono::steady_clock::now();
@@ -214,7 +223,8 @@ void render_reference(const Scene& scene, const ReferenceSettings& settings, Ref
 }
 
 Image reference_image(const ReferenceState& state) {
-  Image image{state.width, state.height, std::vector<float>(state.mean.begin(), state.mean.end()), own_relmse(state), {}};
+  Image image{
+      state.width, state.height, std::vector<float>(state.mean.begin(), state.mean.end()), own_relmse(state), {}};
   if (state.batches < 2) return image;
   const double n = state.batches;
   for (const double squared : state.squared)
@@ -233,8 +243,7 @@ ReferenceState reference_state(const Image& image, std::uint32_t batches, std::u
 std::string fingerprint(const Scene& scene, Model model) {
   std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a, 64 bits
   const auto add = [&hash](const void* bytes, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i)
-      hash = (hash ^ static_cast<const unsigned char*>(bytes)[i]) * 0x100000001b3;
+    for (std::size_t i = 0; i < count; ++i) hash = (hash ^ static_cast<const unsigned char*>(bytes)[i]) * 0x100000001b3;
   };
   const auto add_all = [&](const auto& values) { add(values.data(), values.size() * sizeof(values[0])); };
   const auto add_one = [&](const auto& value) { add(&value, sizeof value); };

@@ -31,8 +31,8 @@ struct ReferenceState {
 /// Fewest batches that a standard error is taken from.
 inline constexpr std::uint32_t least_batches = 16;
 
-/// Adds batches to `state` (empty at first) of the scene's first camera until `settings` says stop; `progress(batches, own relMSE)` after each may
-/// return false to stop early. Throws Error(input) for a scene that can't be rendered.
+/// Adds batches to `state` (empty at first) of the scene's first camera until `settings` says stop; `progress(batches,
+/// own relMSE)` after each may return false to stop early. Throws Error(input) for a scene that can't be rendered.
 void render_reference(const Scene& scene, const ReferenceSettings& settings, ReferenceState& state,
                       const std::function<bool(std::uint32_t, double)>& progress = {});
 

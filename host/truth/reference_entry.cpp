@@ -13,15 +13,15 @@
 namespace parian {
 namespace {
 
-constexpr double longest_edge = 1.0 / 24;     // of a piece, in object units, where the number of pieces allows it
+constexpr double longest_edge = 1.0 / 24;      // of a piece, in object units, where the number of pieces allows it
 constexpr std::size_t piece_budget = 1 << 19;  // beyond it, edges may be longer
 constexpr double rays_per_piece = 16;
 constexpr double least_rays = 1 << 18, most_rays = 1 << 24;  // over all lights
-constexpr double unlit_share = 0.1;      // of draws that go to pieces which no ray found lit
+constexpr double unlit_share = 0.1;                          // of draws that go to pieces which no ray found lit
 constexpr double largest_excess = 0.01;  // a node is split if what it adds to the second moment may be above this
 constexpr double flat = 1.5;             // largest ratio of g within a node around the point of exit
-constexpr double power = 1.1;            // measured: beyond one mean free path S_d exp(sigma_tr d) falls as d^-2 to d^-2.3
-constexpr int steps_per_octave = 5;      // of g over distance squared, as a power of 2
+constexpr double power = 1.1;        // measured: beyond one mean free path S_d exp(sigma_tr d) falls as d^-2 to d^-2.3
+constexpr int steps_per_octave = 5;  // of g over distance squared, as a power of 2
 constexpr int octaves_below = 64, octaves = 68;  // 2^-64 to 2^4
 
 double squared_length(glm::dvec3 v) { return glm::dot(v, v); }
@@ -44,7 +44,8 @@ ReferenceEntries::ReferenceEntries(const ReferenceSurface& surface, const std::v
   weigh(lights, threads);
   g_.resize(octaves << steps_per_octave);
   for (std::size_t cell = 0; cell < g_.size(); ++cell) {
-    const double distance_squared = std::exp2((static_cast<double>(cell) + 0.5) / (1 << steps_per_octave) - octaves_below);
+    const double distance_squared =
+        std::exp2((static_cast<double>(cell) + 0.5) / (1 << steps_per_octave) - octaves_below);
     for (std::size_t c = 0; c < channels_; ++c) {
       const double h = 0.5 / media[c].sigma_t_prime;
       const double decay = media[c].sigma_tr * media[c].sigma_t_prime * std::sqrt(distance_squared);
@@ -139,8 +140,7 @@ void ReferenceEntries::make_tree() {
 }
 
 /// Rays on a jittered grid from the light: how many meet each piece, and the area `cell` that each stands for.
-std::vector<std::uint32_t> ReferenceEntries::count_hits(glm::dvec3 towards, double& cell,
-                                                        std::uint32_t threads) const {
+std::vector<std::uint32_t> ReferenceEntries::count_hits(glm::dvec3 towards, double& cell, std::uint32_t threads) const {
   const glm::dvec3 helper = std::abs(towards.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0);
   const glm::dvec3 right = glm::normalize(glm::cross(helper, towards)), up = glm::cross(towards, right);
   glm::dvec2 low(INFINITY), high(-INFINITY);
@@ -150,7 +150,8 @@ std::vector<std::uint32_t> ReferenceEntries::count_hits(glm::dvec3 towards, doub
     high = glm::max(high, q);
   }
   const double most = most_rays / static_cast<double>(lights_);
-  const double rays = std::clamp(rays_per_piece * static_cast<double>(pieces_.size()), std::min(least_rays, most), most);
+  const double rays =
+      std::clamp(rays_per_piece * static_cast<double>(pieces_.size()), std::min(least_rays, most), most);
   const glm::dvec2 size = glm::max(high - low, glm::dvec2(1e-9));
   const double side = std::sqrt(size.x * size.y / rays);
   const auto columns = static_cast<std::uint32_t>(std::min(std::ceil(size.x / side), rays));
@@ -165,7 +166,8 @@ std::vector<std::uint32_t> ReferenceEntries::count_hits(glm::dvec3 towards, doub
       const auto place = surface_.first_hit(x * right + y * up + 2.0 * towards, -towards, 0.0);
       if (!place) continue;
       const double n = grid_[place->triangle];
-      const double j = std::min(std::floor(place->v * n), n - 1), i = std::clamp(std::floor(place->u * n), 0.0, n - 1 - j);
+      const double j = std::min(std::floor(place->v * n), n - 1),
+                   i = std::clamp(std::floor(place->u * n), 0.0, n - 1 - j);
       const bool inverted = (place->u + place->v) * n > i + j + 1 && i + j + 1 < n;
       const double in_triangle = j * (2 * n - j) + 2 * i + inverted;
       ++hits[first_piece_[place->triangle] + static_cast<std::uint32_t>(in_triangle)];
@@ -186,7 +188,8 @@ void ReferenceEntries::weigh(const std::vector<glm::dvec3>& lights, std::uint32_
       weight(p, l, hits[p] == 0) = projected * lit;
     }
     for (std::uint32_t n = static_cast<std::uint32_t>(pieces_.size()); n < nodes_.size(); ++n)
-      for (const int unlit : {0, 1}) weight(n, l, unlit) = weight(nodes_[n].left, l, unlit) + weight(nodes_[n].right, l, unlit);
+      for (const int unlit : {0, 1})
+        weight(n, l, unlit) = weight(nodes_[n].left, l, unlit) + weight(nodes_[n].right, l, unlit);
   }
 }
 
@@ -240,7 +243,8 @@ void ReferenceEntries::cut(glm::dvec3 x, EntryCut& cut) const {
     }
     const auto [a, b, c] = n.share == 1 ? corners_of(pieces_[n.node]) : n.corners;
     const glm::dvec2 ab = 0.5 * (a + b), bc = 0.5 * (b + c), ca = 0.5 * (c + a);
-    for (const auto& part : {std::array{a, ab, ca}, std::array{ab, b, bc}, std::array{ca, bc, c}, std::array{bc, ca, ab}})
+    for (const auto& part :
+         {std::array{a, ab, ca}, std::array{ab, b, bc}, std::array{ca, bc, c}, std::array{bc, ca, ab}})
       cut.pending.push_back({n.node, 0.25 * n.share, part, {}});
   };
   // First the nodes that don't surround the point, for the sums; then those that matter and vary too much are split.

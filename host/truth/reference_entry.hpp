@@ -56,8 +56,8 @@ class ReferenceEntries {
     std::uint32_t index;  ///< within the triangle's grid
   };
   struct Node {
-    glm::dvec3 centre;         ///< centroid of the surface
-    double variance, radius;   ///< mean and largest squared distance from it; the latter's root
+    glm::dvec3 centre;          ///< centroid of the surface
+    double variance, radius;    ///< mean and largest squared distance from it; the latter's root
     std::uint32_t left, right;  ///< children; of a leaf, left is the piece and right is `leaf`
   };
   static constexpr std::uint32_t leaf = 0xffffffff;

@@ -77,8 +77,8 @@ ReferenceSurface::ReferenceSurface(const Mesh& mesh, const ObjectSpace& space)
   const RTCGeometry geometry = rtcNewGeometry(embree_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* vertices = static_cast<glm::vec3*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(glm::vec3), positions_.size()));
-  auto* corners = static_cast<glm::uvec3*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(glm::uvec3), mesh.triangles.size()));
+  auto* corners = static_cast<glm::uvec3*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                                   sizeof(glm::uvec3), mesh.triangles.size()));
   if (vertices && corners) {
     std::transform(positions_.begin(), positions_.end(), vertices, [](glm::dvec3 p) { return glm::vec3(p); });
     std::copy(mesh.triangles.begin(), mesh.triangles.end(), corners);
