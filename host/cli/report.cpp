@@ -9,6 +9,7 @@
 #include <cstring>
 #include <ctime>
 #include <filesystem>
+#include <limits>
 #include <memory>
 
 #include "commands.hpp"
@@ -21,7 +22,7 @@ namespace parian {
 namespace {
 
 constexpr std::uint32_t most_seeds = 1000;
-constexpr std::uint32_t film_side = 160;     // longest side, unless something else is asked for
+constexpr std::uint32_t film_side = 128;     // longest side, unless something else is asked for
 constexpr double reference_error = 1e-4;     // own relMSE of a reference that the report makes itself
 constexpr double reference_seconds = 180.0;  // and how long that may take
 
@@ -40,10 +41,10 @@ std::string quoted(const std::string& word) {
   return out + "'";
 }
 
-/// The input and the options that `render` knows too, as they were given.
+/// The input and the options about it that `render` and `reference` know too, as they were given.
 std::string scene_arguments(const InputOptions& options, const std::string& size) {
   std::string text = quoted(options.input);
-  const auto add = [&](const std::string& name, const std::string& value) {
+  const auto add = [&](const char* name, const std::string& value) {
     if (!value.empty()) text += fmt::format(" --{} {}", name, quoted(value));
   };
   add("material", options.material);
@@ -52,23 +53,38 @@ std::string scene_arguments(const InputOptions& options, const std::string& size
   add("camera", options.camera);
   add("fov", options.fov);
   add("size", size);
+  return text;
+}
+
+/// The options of `render` beside those, as they were given.
+std::string setting_arguments(const InputOptions& options) {
+  std::string text;
   const auto& table = render_options();
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (options.flags[i]) text += " --" + table[i].name;
     if (table[i].name == "frames" || table[i].name == "time") continue;
-    for (const std::string& value : options.settings[i]) add(table[i].name, value);
+    for (const std::string& value : options.settings[i]) text += fmt::format(" --{} {}", table[i].name, quoted(value));
   }
-  add("device", options.device);
+  if (!options.device.empty()) text += " --device " + quoted(options.device);
   return text;
 }
 
+std::string size_text(glm::uvec2 film) { return fmt::format("{}x{}", film.x, film.y); }
+
+std::string name_of(Model model) {
+  Settings settings;
+  settings.model = model;
+  for (const RenderOption& option : render_options())
+    if (option.name == "model") return option.text(settings);
+  return {};
+}
+
 std::uint32_t whole_number(const char* option, const std::string& text, double most) {
-  const auto value = parse_number(text);
-  if (!value || *value < 1 || *value > most || *value != std::floor(*value)) {
-    throw Error(ErrorKind::usage,
-                fmt::format("{}: '{}' isn't understood; give a whole number from 1 to {}", option, text, most));
+  const double value = parse_in_range(option, text, 1, most);
+  if (value != std::floor(value)) {
+    throw Error(ErrorKind::usage, fmt::format("{}: {} is not a whole number; give one", option, text));
   }
-  return static_cast<std::uint32_t>(*value);
+  return static_cast<std::uint32_t>(value);
 }
 
 /// How long to measure: --frames and --time bound runs only if the command line has them.
@@ -94,14 +110,26 @@ Image get_reference(const ReportOptions& options, const Scene& scene, Model mode
     name = options.reference;
     return read_image(options.reference);
   }
-  if (!options.quiet) fmt::print(stderr, "parian: making a reference of {}x{}\n", scene.film.x, scene.film.y);
   ReferenceSettings how;
   how.model = model;
   how.target = reference_error;
   how.time = reference_seconds;
+  Settings shown;  // what the progress bar takes the end from
+  shown.error = how.target;
+  shown.time = how.time;
+  shown.frames = std::numeric_limits<std::uint32_t>::max();
   ReferenceState state;
-  render_reference(scene, how, state);
-  name = fmt::format("parian reference, {} batches of {} samples per pixel", state.batches, state.samples);
+  {
+    Progress progress(shown, !options.quiet, "batch of the reference");
+    const Clock clock;
+    render_reference(scene, how, state, [&](std::uint32_t batches, double error) {
+      progress.update(batches, error, clock.seconds());
+      return true;
+    });
+  }
+  name = fmt::format("made by “parian reference {} --model {} --error {} --time {}”: {} batches of {} samples",
+                     scene_arguments(options.input, size_text(scene.film)), name_of(model), how.target, how.time,
+                     state.batches, state.samples);
   return reference_image(state);
 }
 
@@ -148,15 +176,17 @@ int run_report(const ReportOptions& options) {
   Report report = measure(input.scene, input.settings, selector, reference, how, [&](const std::string& line) {
     if (!options.quiet) fmt::print(stderr, "parian: {}\n", line);
   });
-  const std::string scene = scene_arguments(options.input, fmt::format("{}x{}", reference.width, reference.height));
+  const std::string scene =
+      scene_arguments(options.input, size_text({reference.width, reference.height})) + setting_arguments(options.input);
   report.input = std::filesystem::path(options.input.input).filename().string();
   report.date = date_now();
   report.command = command_line(options, scene, how);
   report.scene = scene;
   report.reference_name = reference_name;
-  for (const RenderOption& option : render_options())
-    if (option.name == "model") report.model = option.text(input.settings);
-  write_text(beside(options.output, ".json"), report_json(report));
+  report.model = name_of(input.settings.model);
+  const std::string json = report_json(report);
+  report = read_report(json);  // file names that are no text are mended there
+  write_text(beside(options.output, ".json"), json);
   write_text(beside(options.output, ".csv"), report_csv(report));
   write_text(beside(options.output, ".md"), report_markdown(report));
   write_text(options.output, report_html(report));

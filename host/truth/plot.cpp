@@ -11,7 +11,8 @@ namespace parian {
 namespace {
 
 constexpr double left = 66, top = 14, bottom = 48;  // margins, CSS pixels
-constexpr double label_width = 196;                 // right of the frame, for names
+constexpr double label_gap = 14;                    // between the frame and the names on its right
+constexpr double letter_width = 6.7;                // of a name, at most on average
 constexpr double line_height = 15.5;                // between names
 constexpr double most_decades = 7;                  // of the error axis; what lies below is cut
 
@@ -39,6 +40,18 @@ struct Frame {
   Axis x, y;
 };
 
+/// Letters of UTF-8 text.
+std::size_t letters(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xc0U) != 0x80U; }));
+}
+
+double label_width(const Plot& plot) {
+  std::size_t longest = 0;
+  for (const PlotSeries& s : plot.series) longest = std::max(longest, letters(s.name) + letters(s.note) + 1);
+  return letter_width * static_cast<double>(longest);
+}
+
 Frame frame_of(const Plot& plot) {
   double x0 = INFINITY, x1 = 0, y0 = INFINITY, y1 = 0;
   for (const PlotSeries& s : plot.series) {
@@ -52,7 +65,8 @@ Frame frame_of(const Plot& plot) {
   if (!(x0 < INFINITY)) x0 = x1 = y0 = y1 = 1;
   y0 = std::max(y0, y1 * std::pow(10.0, -most_decades));
   Frame f;
-  f.x = {rounded(x0 / 1.1, false, false), rounded(x1 * 1.1, true, false), left, plot.width - label_width};
+  f.x = {rounded(x0 / 1.1, false, false), rounded(x1 * 1.1, true, false), left,
+         plot.width - label_gap - label_width(plot)};
   f.y = {rounded(y0 / 1.2, false, true), rounded(y1, true, true), plot.height - bottom, top};
   return f;
 }
@@ -179,7 +193,7 @@ std::string names(const Plot& plot, const Frame& f) {
   spread_labels(labels, top + 6, f.y.begin - 4);
   std::string svg = R"(<g class="names" font-size="12.5">)";
   for (const Label& label : labels) {
-    const double x = f.x.end + 14;
+    const double x = f.x.end + label_gap;
     svg += fmt::format(R"(<path d="M{:.1f} {:.1f}L{:.1f} {:.1f}" stroke="{}" stroke-width="0.8" opacity="0.55"/>)",
                        label.x + 6, label.y, x - 3, label.written, label.series->colour);
     svg += fmt::format(R"(<text x="{:.1f}" y="{:.1f}" fill="{}"{}>{})", x, label.written + 4, label.series->colour,

@@ -28,7 +28,7 @@ struct Plot {
   std::string title;  ///< for readers that don't see it
   std::string x_label, y_label;
   std::vector<PlotSeries> series;
-  int width = 720, height = 440;  ///< CSS pixels
+  int width = 980, height = 470;  ///< CSS pixels
 };
 
 /// One SVG element that stands alone: no script, no font, nothing to load. Well-formed XML; all text is escaped.

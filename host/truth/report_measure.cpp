@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <map>
 #include <tuple>
 
 #include "compare.hpp"
@@ -12,12 +11,11 @@
 #include "machine.hpp"
 #include "renderer.hpp"
 #include "report.hpp"
+#include "report_limit.hpp"
 #include "report_pictures.hpp"
 
 namespace parian {
 namespace {
-
-constexpr std::uint32_t limit_factor = 4;  // frames of each half of a limit, in those of the longest run
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -28,72 +26,6 @@ struct Candidate {
   std::uint32_t frames = 0;
   std::vector<std::size_t> comparisons;  ///< that show it
 };
-
-/// What pictures are held against.
-struct Yardstick {
-  Image limit;
-  std::uint32_t frames = 0;
-  Comparison bias;
-  double variance = 0;  ///< relative, of the limit
-};
-
-/// Mean over the pixels that all three cover fully of ((I - L)^2 - var L) / (R^2 + eps^2), at least 0, and of
-/// var L / (R^2 + eps^2). The reference's norm makes errors of all configurations comparable.
-std::pair<double, double> sampling_error(const Image& picture, const Image& limit, const Image& reference) {
-  constexpr float covered = 0.999F;
-  double sum = 0, count = 0;
-  const std::size_t pixels = reference.rgba.size() / 4;
-  const auto counts = [&](std::size_t i) {
-    return std::min({picture.rgba[4 * i + 3], limit.rgba[4 * i + 3], reference.rgba[4 * i + 3]}) >= covered;
-  };
-  for (std::size_t i = 0; i < pixels; ++i) {
-    if (!counts(i)) continue;
-    ++count;
-    for (int c = 0; c < 3; ++c) sum += static_cast<double>(reference.rgba[4 * i + c]);
-  }
-  const double epsilon = 0.01 * sum / (3 * count);
-  double squared = 0, variance = 0;
-  for (std::size_t i = 0; i < pixels; ++i) {
-    if (!counts(i)) continue;
-    for (int c = 0; c < 3; ++c) {
-      const double r = reference.rgba[4 * i + c], e = limit.standard_error[3 * i + c];
-      const double d = static_cast<double>(picture.rgba[4 * i + c]) - static_cast<double>(limit.rgba[4 * i + c]);
-      const double norm = 3 * count * (r * r + epsilon * epsilon);
-      if (!(norm > 0)) continue;  // an all-black reference: compare has judged it
-      squared += d * d / norm;
-      variance += e * e / norm;
-    }
-  }
-  return {std::max(0.0, squared - variance), variance};
-}
-
-void note_warnings(Report& report, const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings)
-    if (std::find(report.warnings.begin(), report.warnings.end(), warning) == report.warnings.end())
-      report.warnings.push_back(warning);
-}
-
-/// The mean of two pictures with seeds of their own; half their difference is its standard error. Made without
-/// pyramids: in the limit level 0 is shown.
-Image make_limit(const Scene& scene, Settings settings, const std::string& selector, std::uint32_t frames,
-                 Report& report) {
-  settings.pyramids = false;
-  Image halves[2];
-  for (Image& half : halves) {
-    Renderer renderer(scene, settings, selector);
-    ++settings.seed;
-    while (renderer.frames() < frames) renderer.frame();
-    half = renderer.image(0);
-    note_warnings(report, renderer.statistics().warnings);
-  }
-  Image& limit = halves[0];
-  for (std::size_t i = 0; i < limit.rgba.size(); ++i) {
-    const float a = halves[0].rgba[i], b = halves[1].rgba[i];
-    limit.rgba[i] = 0.5F * (a + b);
-    if (i % 4 < 3) limit.standard_error.push_back(0.5F * std::abs(a - b));
-  }
-  return limit;
-}
 
 /// Wall and kernel seconds and evaluations of a renderer; gathers for earlier checkpoints are taken off.
 class Meter {
@@ -133,31 +65,31 @@ class Meter {
 bool power_of_two(std::uint32_t n) { return (n & (n - 1)) == 0; }
 
 /// One seed of one configuration. Pictures of checkpoints go to `shots` if given.
-ReportRun render_run(const Scene& scene, const Candidate& candidate, const Settings& settings,
-                     const std::string& selector, const Image& reference, const Yardstick& yardstick, double time,
-                     std::vector<Shot>* shots, Report& report) {
+ReportRun render_run(const Scene& scene, const Settings& settings, const std::string& selector, const Image& reference,
+                     const Limit& limit, std::uint32_t frames, double time, std::vector<Shot>* shots,
+                     std::vector<std::string>& warnings) {
   Renderer renderer(scene, settings, selector);
   ReportRun run;
   run.seed = settings.seed;
   run.setup_seconds = renderer.statistics().seconds.plan;
   run.compile_seconds = renderer.statistics().seconds.compile;
   Meter meter(renderer);
-  while (renderer.frames() < candidate.frames && (time <= 0 || run.checkpoints.empty() || meter.seconds() < time)) {
+  while (renderer.frames() < frames && (time <= 0 || run.checkpoints.empty() || meter.seconds() < time)) {
     meter.frame([&] { renderer.frame(); });
-    if (!power_of_two(renderer.frames()) && renderer.frames() < candidate.frames) continue;
+    if (!power_of_two(renderer.frames()) && renderer.frames() < frames) continue;
     Image image;
     Checkpoint point = meter.gather([&] {
       if (settings.pyramids) renderer.estimate();  // chooses the level that the image shows
       image = renderer.image(0);
     });
     point.relmse = compare(image, reference).relmse;
-    point.sampling_relmse = sampling_error(image, yardstick.limit, reference).first;
+    point.sampling_relmse = sampling_relmse(image, limit.image, reference);
     if (image.estimated_relmse >= 0 && std::isfinite(image.estimated_relmse))
       point.estimated_relmse = image.estimated_relmse;
     if (shots) shots->push_back({std::move(image), point.seconds, point.frames, point.relmse});
     run.checkpoints.push_back(point);
   }
-  note_warnings(report, renderer.statistics().warnings);
+  note_warnings(warnings, renderer.statistics().warnings);
   return run;
 }
 
@@ -192,7 +124,15 @@ void add_sweep(const Settings& defaults, std::uint32_t frames, const char* optio
   }
 }
 
-constexpr std::size_t standard = 4;  // Parian's default, among the candidates
+/// Relative errors need light in the reference.
+void check_reference(const Image& reference) {
+  for (std::size_t i = 0; i < reference.rgba.size(); ++i)
+    if (i % 4 < 3 && reference.rgba[i] > 0.0F) return;
+  throw Error(ErrorKind::input,
+              "the reference is black all over, so no error relative to it is known; light the scene");
+}
+
+constexpr std::uint32_t standard = 4, methods = 6;  // the candidates: first the methods, Parian's default among them
 
 /// The methods, then what the sweeps add; `report` gets the comparisons that show them.
 std::vector<Candidate> make_candidates(const Settings& defaults, const ReportSettings& how, Report& report) {
@@ -212,32 +152,12 @@ std::vector<Candidate> make_candidates(const Settings& defaults, const ReportSet
   return candidates;
 }
 
-/// Limits, one for all candidates that converge to the same picture.
-class Yardsticks {
- public:
-  const Yardstick& of(const Candidate& c, const Scene& scene, const std::string& selector, const Image& reference,
-                      std::uint32_t seed, Report& report) {
-    const Settings& s = c.settings;
-    Yardstick& y = made_[{s.estimator, s.layers, s.layer_size, s.light_map_size}];
-    if (y.frames > 0) return y;
-    Settings settings = s;
-    settings.seed = seed;
-    const std::uint32_t frames = limit_factor * c.frames;
-    y.limit = make_limit(scene, settings, selector, frames, report);
-    y.bias = compare(y.limit, reference);
-    y.variance = sampling_error(y.limit, y.limit, reference).second;
-    y.frames = 2 * frames;
-    return y;
-  }
-
- private:
-  std::map<std::tuple<Estimator, std::uint32_t, std::uint32_t, std::uint32_t>, Yardstick> made_;
-};
-
 /// Puts the configurations of each sweep in the order of its number.
-void sort_sweeps(Report& report, const std::vector<Settings>& settings) {
+void sort_sweeps(Report& report, const std::vector<Candidate>& candidates) {
   const auto by = [&](std::uint32_t Settings::*member) {
-    return [&, member](std::uint32_t a, std::uint32_t b) { return settings[a].*member < settings[b].*member; };
+    return [&, member](std::uint32_t a, std::uint32_t b) {
+      return candidates[a].settings.*member < candidates[b].settings.*member;
+    };
   };
   for (Comparing& c : report.comparisons) {
     if (c.option == "layers") std::sort(c.configurations.begin(), c.configurations.end(), by(&Settings::layers));
@@ -248,11 +168,41 @@ void sort_sweeps(Report& report, const std::vector<Settings>& settings) {
   }
 }
 
+/// Finds every candidate's limit, and with it the configurations of the report. What sweeps add is taken out of
+/// `candidates` where the device refuses it.
+void measure_limits(std::vector<Candidate>& candidates, const Scene& scene, const std::string& selector,
+                    const Image& reference, std::uint32_t seed, Limits& limits, Report& report,
+                    const std::function<void(const std::string&)>& progress) {
+  std::vector<Candidate> taken;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const Candidate& c = candidates[i];
+    if (progress) progress(fmt::format("limit {} of {}: {}", i + 1, candidates.size(), c.name));
+    try {
+      Settings settings = c.settings;
+      settings.seed = seed;
+      const Limit& limit = limits.of(settings, c.frames, scene, selector, reference, report.warnings);
+      report.configurations.push_back({c.name, c.options, limit.to_reference.relmse, limit.variance, limit.frames});
+      for (const std::size_t k : c.comparisons)
+        report.comparisons[k].configurations.push_back(static_cast<std::uint32_t>(taken.size()));
+      if (i == standard) {
+        report.pixels = static_cast<std::uint32_t>(limit.to_reference.pixels);
+        if (limit.to_reference.reference_relmse >= 0) report.reference_relmse = limit.to_reference.reference_relmse;
+      }
+      taken.push_back(c);
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::device || i < methods) throw;
+      report.warnings.push_back(fmt::format("{} is left out: {}", c.name, error.what()));
+    }
+  }
+  candidates = taken;
+}
+
 }  // namespace
 
 Report measure(const Scene& whole, const Settings& given, const std::string& selector, const Image& reference,
                const ReportSettings& how, const std::function<void(const std::string&)>& progress) {
   const double start = now();
+  check_reference(reference);
   Scene scene = whole;
   scene.cameras.resize(1);
   scene.film = {reference.width, reference.height};
@@ -261,52 +211,33 @@ Report measure(const Scene& whole, const Settings& given, const std::string& sel
   defaults.pyramids = true;
 
   Report report;
-  report.machine.load_before = load_averages();
+  const auto load_before = load_averages();
   std::vector<Candidate> candidates = make_candidates(defaults, how, report);
-  Yardsticks yardsticks;
-  std::vector<Candidate> taken;
-  std::vector<Settings> settings;
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const Candidate& c = candidates[i];
-    if (progress) progress(fmt::format("limit {} of {}: {}", i + 1, candidates.size(), c.name));
-    try {
-      const Yardstick& y = yardsticks.of(c, scene, selector, reference, given.seed + how.seeds, report);
-      const auto index = static_cast<std::uint32_t>(taken.size());
-      if (i == standard) report.standard = index;
-      report.configurations.push_back({c.name, c.options, y.bias.relmse, y.variance, y.frames});
-      for (const std::size_t k : c.comparisons) report.comparisons[k].configurations.push_back(index);
-      if (y.bias.reference_relmse >= 0) report.reference_relmse = y.bias.reference_relmse;
-      if (i == standard) report.pixels = static_cast<std::uint32_t>(y.bias.pixels);
-      taken.push_back(c);
-      settings.push_back(c.settings);
-    } catch (const Error& error) {
-      if (error.kind() != ErrorKind::device || i <= standard) throw;
-      report.warnings.push_back(fmt::format("{} is left out: {}", c.name, error.what()));
-    }
-  }
-  sort_sweeps(report, settings);
+  report.standard = standard;
+  Limits limits;
+  measure_limits(candidates, scene, selector, reference, given.seed + how.seeds, limits, report, progress);
+  sort_sweeps(report, candidates);
 
   std::vector<MethodShots> shots;
   for (std::uint32_t seed = 0; seed < how.seeds; ++seed)
-    for (std::size_t i = 0; i < taken.size(); ++i) {
-      const Candidate& c = taken[i];
-      Settings s = c.settings;
-      s.seed = given.seed + seed;
-      const bool shown = seed == 0 && c.comparisons.front() == 0 && s.pyramids;
-      if (shown) shots.push_back({c.name, i == report.standard, {}});
-      const Yardstick& y = yardsticks.of(c, scene, selector, reference, 0, report);
-      ReportRun run =
-          render_run(scene, c, s, selector, reference, y, how.time, shown ? &shots.back().shots : nullptr, report);
-      run.configuration = static_cast<std::uint32_t>(i);
+    for (std::uint32_t i = 0; i < candidates.size(); ++i) {
+      const Candidate& c = candidates[i];
+      Settings settings = c.settings;
+      settings.seed = given.seed + seed;
+      const bool shown = seed == 0 && i < methods && settings.pyramids;
+      if (shown) shots.push_back({c.name, i == standard, {}});
+      const Limit& limit = limits.of(settings, c.frames, scene, selector, reference, report.warnings);
+      report.runs.push_back(render_run(scene, settings, selector, reference, limit, c.frames, how.time,
+                                       shown ? &shots.back().shots : nullptr, report.warnings));
+      ReportRun& run = report.runs.back();
+      run.configuration = i;
       if (progress)
         progress(fmt::format("seed {} of {}, {} of {}: {}: relMSE {:.2g} in {:.2g} s", seed + 1, how.seeds, i + 1,
-                             taken.size(), c.name, run.checkpoints.back().relmse, run.checkpoints.back().seconds));
-      report.runs.push_back(std::move(run));
+                             candidates.size(), c.name, run.checkpoints.back().relmse, run.checkpoints.back().seconds));
     }
-  const Renderer any(scene, defaults, selector);
-  const auto load = report.machine.load_before;
-  report.machine = describe_machine(any.device());
-  report.machine.load_before = load;
+  const Renderer renderer(scene, defaults, selector);  // for the device's name
+  report.machine = describe_machine(renderer.device());
+  report.machine.load_before = load_before;
   report.machine.load_after = load_averages();
   report.film = {reference.width, reference.height};
   report.seeds = how.seeds;

@@ -9,6 +9,7 @@
 #include "compare.hpp"
 #include "convergence.hpp"
 #include "image_file.hpp"
+#include "plot.hpp"
 
 namespace parian {
 namespace {
@@ -69,7 +70,7 @@ Picture encode(const std::string& caption, const Image& image, double stops) {
 
 /// What a row shows of one method.
 struct Column {
-  std::string caption;
+  std::string name, figures;  ///< time and error
   const Image* image;
   Image difference;
 };
@@ -79,7 +80,7 @@ PictureRow row(const std::string& title, const Image& reference, const std::vect
   const auto shown = [&](const Image& image) { return part ? cut(image, *part) : image; };
   PictureRow r{title, {encode("Reference", shown(reference), stops)}};
   for (const Column& c : columns) {
-    r.pictures.push_back(encode(c.caption, shown(*c.image), stops));
+    r.pictures.push_back(encode(part ? c.name : c.name + ", " + c.figures, shown(*c.image), stops));
     r.pictures.push_back(encode("its signed error", shown(c.difference), 0));
   }
   return r;
@@ -96,8 +97,8 @@ std::vector<PictureRow> picture_rows(const Image& reference, const std::vector<M
     const Shot* nearest = &method.shots.front();
     for (const Shot& shot : method.shots)
       if (std::abs(std::log(shot.seconds / time)) < std::abs(std::log(nearest->seconds / time))) nearest = &shot;
-    Column column{fmt::format("{}, {}", method.name, time_text(nearest->seconds)), &nearest->image,
-                  signed_difference(nearest->image, reference, difference_scale)};
+    Column column{method.name, fmt::format("{}, relMSE {}", time_text(nearest->seconds), power_text(nearest->relmse)),
+                  &nearest->image, signed_difference(nearest->image, reference, difference_scale)};
     columns.insert(method.standard ? columns.begin() : columns.end(), std::move(column));
   }
   const double stops = automatic_stops(reference);

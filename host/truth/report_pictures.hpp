@@ -23,7 +23,7 @@ struct MethodShots {
 };
 
 /// Relative error at which the false colours saturate.
-inline constexpr double difference_scale = 0.25;
+inline constexpr double difference_scale = 0.2;
 
 /// Rows of pictures: reference, then picture and signed error of each method at the checkpoint whose time is nearest
 /// to that of the default's last. First the whole film, then the part with the largest error of the default and one

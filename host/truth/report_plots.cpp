@@ -55,8 +55,8 @@ std::string cell(const std::optional<TimeTo>& time, bool first) {
   if (!time) return fmt::format("{}n/a</td>", open);
   std::string text = time_text(*time);
   if (time->never || time->extrapolated) text = fmt::format(R"(<span class="far">{}</span>)", text);
-  if (!time->never && time->seconds.low < time->seconds.high)
-    text += fmt::format("<small>{} – {}</small>", time_text(time->seconds.low), time_text(time->seconds.high));
+  const std::string low = time_text(time->seconds.low), high = time_text(time->seconds.high);
+  if (!time->never && low != high) text += fmt::format("<small>{} – {}</small>", low, high);
   return open + text + "</td>";
 }
 
@@ -73,7 +73,7 @@ std::string report_plot(const Report& report, std::size_t comparison, Timing clo
   plot.x_label = clock == Timing::wall ? "wall time, s" : "kernel time, s";
   plot.y_label = against == Against::reference ? "relMSE to the reference" : "sampling error, relMSE";
   plot.title = fmt::format("{}: {} against {}", comparing.title, plot.y_label, plot.x_label);
-  if (!comparing.option.empty()) plot.height = 340;
+  if (!comparing.option.empty()) plot.height = 330;
   for (std::size_t i = 0; i < comparing.configurations.size(); ++i)
     plot.series.push_back(series_of(report, comparing, i, clock, against));
   // What matters most is drawn last.

@@ -38,6 +38,7 @@ tr.ours td:first-child { font-weight: 600; }
 .pictures img { display: block; width: 100%; height: auto; image-rendering: pixelated; background: #262626;
   margin-bottom: .25rem; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 .pictures .error img { background: #fff; outline: 1px solid #ddd; outline-offset: -1px; }
+.nobr { white-space: nowrap; }
 .scale { display: inline-block; width: 11rem; height: .8em; vertical-align: -1px; margin: 0 .4rem;
   background: linear-gradient(90deg, #00f, #fff, #f00); border: 1px solid #aaa;
   print-color-adjust: exact; -webkit-print-color-adjust: exact; }
