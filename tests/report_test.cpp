@@ -35,7 +35,8 @@ Report made_up(std::uint32_t seeds = 5, double power = -1) {
   report.seeds = seeds;
   report.standard = 4;
   report.machine.device = "device <0>";
-  report.comparisons = {{"Methods", "", {0, 1, 2, 3, 4, 5}}, {"Layer size", "layer-size", {6, 4, 7}}};
+  report.comparisons = {{"Methods", "", {0, 1, 2, 3, 4, 5}, {}},
+                        {"Layer size", "layer-size", {6, 4, 7}, {128, 256, 512}}};
   for (const char* name :
        {"poster’s disc", "poster’s disc, no pyramids", "exponential radii", "exponential radii, no pyramids", "Parian",
         "Parian, no pyramids", "layer-size 128", "layer-size 512"})
@@ -153,6 +154,16 @@ TEST(Report, TimesAreInterpolatedExtrapolatedOrNever) {
   EXPECT_NEAR(time_to(report, 0, 0.012, Timing::wall, Against::reference)->seconds.median, 0.4, 1e-9);
 }
 
+TEST(Report, BiasLostInNoiseHoldsNothingBack) {
+  Report report = made_up(1);
+  EXPECT_EQ(resolved_bias(report, 0), 2e-3);
+  EXPECT_EQ(bias_text(report, 0), power_text(2e-3));
+  report.configurations[0].limit_relmse = 0.1;  // a tenth of it, and of the reference's 1e-5, is more than the bias
+  EXPECT_EQ(resolved_bias(report, 0), 0);
+  EXPECT_EQ(bias_text(report, 0), "< " + power_text(1e-2));
+  EXPECT_FALSE(time_to(report, 0, 0.001, Timing::wall, Against::reference)->never);
+}
+
 TEST(Report, TimesToldAsTheMedianSeedHasThem) {
   const Report report = made_up(5);  // 0.1 s x 0.04 (1 + 0.1 seed) / 0.0025
   const auto time = time_to(report, 0, 0.0025, Timing::wall, Against::sampling);
@@ -160,17 +171,17 @@ TEST(Report, TimesToldAsTheMedianSeedHasThem) {
   EXPECT_NEAR(time->seconds.median, 1.92, 1e-9);
   EXPECT_NEAR(time->seconds.high, 2.24, 1e-9);
   EXPECT_TRUE(time->extrapolated);
-  EXPECT_EQ(time_text(*time), "≈ 1.9 s");
+  EXPECT_EQ(time_text(*time), "≈\u00a01.9\u00a0s");
 }
 
 TEST(Report, NumbersForPeople) {
-  EXPECT_EQ(time_text(0.0123), "12 ms");
-  EXPECT_EQ(time_text(3.14), "3.1 s");
-  EXPECT_EQ(time_text(59.0), "59 s");
-  EXPECT_EQ(time_text(600.0), "10 min");
-  EXPECT_EQ(time_text(36000.0), "10 h");
+  EXPECT_EQ(time_text(0.0123), "12\u00a0ms");
+  EXPECT_EQ(time_text(3.14), "3.1\u00a0s");
+  EXPECT_EQ(time_text(59.0), "59\u00a0s");
+  EXPECT_EQ(time_text(600.0), "10\u00a0min");
+  EXPECT_EQ(time_text(36000.0), "10\u00a0h");
   EXPECT_EQ(power_text(1e-3), "10⁻³");
-  EXPECT_EQ(power_text(2.14e-12), "2.1 × 10⁻¹²");
+  EXPECT_EQ(power_text(2.14e-12), "2.1\u00a0×\u00a010⁻¹²");
   EXPECT_EQ(power_text(9.99e-4), "10⁻³");
   EXPECT_EQ(power_text(0), "0");
 }
@@ -207,6 +218,7 @@ TEST(Report, PageIsWellFormedAndWhole) {
   const std::string page = report_html(report);
   EXPECT_EQ(xml_problem(without_style(page)), "");
   for (const Configuration& c : report.configurations) EXPECT_NE(page.find(c.name), std::string::npos) << c.name;
+  EXPECT_NE(page.find("256 (default)"), std::string::npos);
   for (const char* part : {"a &amp; b &lt;c&gt; &quot;d&quot;.toml", "device &lt;0&gt;", "Row &amp; row", "≈", "never",
                            "data:image/png;base64,iVBOR"})
     EXPECT_NE(page.find(part), std::string::npos) << part;

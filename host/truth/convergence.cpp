@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plot.hpp"
+
 namespace parian {
 namespace {
 
@@ -15,6 +17,10 @@ double error_of(const Checkpoint& checkpoint, Against against) {
 
 std::optional<double> seconds_of(const Checkpoint& checkpoint, Timing clock) {
   return clock == Timing::wall ? std::optional(checkpoint.seconds) : checkpoint.kernel_seconds;
+}
+
+double resolution(const Report& report, std::uint32_t configuration) {
+  return 0.1 * (report.configurations[configuration].limit_relmse + report.reference_relmse.value_or(0.0));
 }
 
 /// When one run gets to an error.
@@ -48,6 +54,16 @@ Spread spread(std::vector<double> values) {
   return {values.front(), lower == upper ? lower : 0.5 * (lower + upper), values.back()};
 }
 
+double resolved_bias(const Report& report, std::uint32_t configuration) {
+  const double bias = report.configurations[configuration].bias_relmse;
+  return bias > resolution(report, configuration) ? bias : 0.0;
+}
+
+std::string bias_text(const Report& report, std::uint32_t configuration) {
+  const double bias = resolved_bias(report, configuration), least = resolution(report, configuration);
+  return bias > 0 || least <= 0 ? power_text(bias) : "< " + power_text(least);
+}
+
 std::vector<CurvePoint> curve(const Report& report, std::uint32_t configuration, Timing clock, Against against) {
   std::vector<const ReportRun*> runs;
   std::size_t shared = SIZE_MAX;
@@ -75,19 +91,19 @@ std::optional<double> slope(const std::vector<CurvePoint>& points) {
   if (points.size() < count) return std::nullopt;
   double x = 0, y = 0, xx = 0, xy = 0;
   for (std::size_t i = points.size() - count; i < points.size(); ++i) {
-    if (!(points[i].error.median > 0 && points[i].seconds.median > 0)) return std::nullopt;
-    const double u = std::log(points[i].seconds.median), v = std::log(points[i].error.median);
+    if (!(points[i].error.median > 0)) return std::nullopt;
+    const double u = std::log(points[i].frames), v = std::log(points[i].error.median);
     x += u, y += v, xx += u * u, xy += u * v;
   }
   const auto n = static_cast<double>(count);
-  const double spread_of_times = n * xx - x * x;
-  if (!(spread_of_times > 1e-9)) return std::nullopt;
-  return (n * xy - x * y) / spread_of_times;
+  const double spread_of_frames = n * xx - x * x;
+  if (!(spread_of_frames > 1e-9)) return std::nullopt;
+  return (n * xy - x * y) / spread_of_frames;
 }
 
 std::optional<TimeTo> time_to(const Report& report, std::uint32_t configuration, double error, Timing clock,
                               Against against) {
-  const double bias = against == Against::reference ? report.configurations[configuration].bias_relmse : 0.0;
+  const double bias = against == Against::reference ? resolved_bias(report, configuration) : 0.0;
   std::vector<Arrival> arrivals;
   for (const ReportRun& run : report.runs) {
     if (run.configuration != configuration) continue;
@@ -110,7 +126,7 @@ std::optional<TimeTo> time_to(const Report& report, std::uint32_t configuration,
 
 std::string time_text(double seconds) {
   const auto digits = [](double value, const char* unit) {
-    return fmt::format("{:.{}f} {}", value, value < 9.95 ? 1 : 0, unit);
+    return fmt::format("{:.{}f}\u00a0{}", value, value < 9.95 ? 1 : 0, unit);
   };
   if (!std::isfinite(seconds)) return "never";
   if (seconds < 0.9995) return digits(1e3 * seconds, "ms");
@@ -122,7 +138,7 @@ std::string time_text(double seconds) {
 
 std::string time_text(const TimeTo& time) {
   if (time.never) return "never";
-  const char* mark = time.extrapolated ? "≈ " : time.at_first ? "≤ " : "";
+  const char* mark = time.extrapolated ? "≈\u00a0" : time.at_first ? "≤\u00a0" : "";
   return mark + time_text(time.seconds.median);
 }
 

@@ -18,6 +18,12 @@ struct Spread {
 enum class Timing { wall, kernel };          ///< seconds by which clock
 enum class Against { reference, sampling };  ///< error to the reference, or to the configuration's own limit
 
+/// The bias of a configuration's limit, or 0 where it's lost in the variances of limit and reference: below a tenth of
+/// their sum.
+[[nodiscard]] double resolved_bias(const Report& report, std::uint32_t configuration);
+/// The same as text: a bias that isn't resolved as what it's less than.
+[[nodiscard]] std::string bias_text(const Report& report, std::uint32_t configuration);
+
 /// All seeds of a configuration at one checkpoint.
 struct CurvePoint {
   std::uint32_t frames = 0;
@@ -27,8 +33,8 @@ struct CurvePoint {
 [[nodiscard]] std::vector<CurvePoint> curve(const Report& report, std::uint32_t configuration, Timing clock,
                                             Against against);
 
-/// Least-squares slope of log error over log seconds, of the medians at the last half of the points, at least three;
-/// unknown with fewer, or where the error is 0.
+/// Least-squares slope of log error over log frames, of the medians at the last half of the points, at least three;
+/// unknown with fewer, or where the error is 0. Not over seconds: what a gather adds to all of them steepens that.
 [[nodiscard]] std::optional<double> slope(const std::vector<CurvePoint>& points);
 
 /// The time to an error. `low` and `high` of `seconds` are infinite where a seed never gets there.

@@ -262,7 +262,7 @@ std::string power_text(double value) {
   double digits = value / std::pow(10.0, power);
   if (digits >= 9.95) digits = 1, ++power;
   const std::string ten = "10" + superscript(power);
-  return std::abs(digits - 1) < 0.05 ? ten : fmt::format("{:.1f} × {}", digits, ten);
+  return std::abs(digits - 1) < 0.05 ? ten : fmt::format("{:.1f}\u00a0×\u00a0{}", digits, ten);
 }
 
 }  // namespace parian

@@ -25,12 +25,13 @@ struct Comparing {
   std::string title;                          ///< of the plot
   std::string option;                         ///< that differs, such as "layer-size"; empty for methods
   std::vector<std::uint32_t> configurations;  ///< indices, in the order to show them
+  std::vector<std::uint32_t> values;          ///< of the option, likewise; none for methods
 };
 
 /// A run at a checkpoint.
 struct Checkpoint {
   std::uint32_t frames = 0;
-  double seconds = 0;                      ///< wall: all frames, and this checkpoint's gather alone
+  double seconds = 0;                      ///< wall: all frames, the first choice of a level, this checkpoint's gather
   std::optional<double> kernel_seconds;    ///< the same by events; unknown if the device gives none
   double evaluations = 0;                  ///< of S_d, for one channel each
   double relmse = 0;                       ///< to the reference, its variance taken off

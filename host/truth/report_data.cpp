@@ -20,7 +20,7 @@ struct adl_serializer<std::optional<double>> {
 namespace parian {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Configuration, name, options, bias_relmse, limit_relmse, limit_frames)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Comparing, title, option, configurations)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Comparing, title, option, configurations, values)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Checkpoint, frames, seconds, kernel_seconds, evaluations, relmse, sampling_relmse,
                                    estimated_relmse)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReportRun, configuration, seed, setup_seconds, compile_seconds, checkpoints)

@@ -63,11 +63,13 @@ std::string pictures(const Report& r) {
 
 std::string methods(const Report& r) {
   std::string html = "<h2>Sampling error</h2>\n";
-  html += figure(report_plot(r, 0, Timing::wall, Against::sampling),
-                 "Distance of each method from its own limit, the picture that it tends to. Lines are medians over " +
-                     fmt::format("{} seeds, bands reach from the best to the worst seed; ", r.seeds) +
-                     "dashed lines and hollow marks are without pyramids. The slope is fitted to the last half of the "
-                     "checkpoints; independent samples give −1, well-spread ones more.");
+  html += figure(
+      report_plot(r, 0, Timing::wall, Against::sampling),
+      "Distance of each method from its own limit, the picture that it tends to. Lines are medians over " +
+          fmt::format("{} seeds, bands reach from the best to the worst seed; ", r.seeds) +
+          "dashed lines and hollow marks are without pyramids. The slopes are of error against frames over the last "
+          "half of the checkpoints (what a gather adds to every time would steepen them): independent samples "
+          "give −1, well-spread ones a steeper one.");
   html += "<h2>Error to the reference</h2>\n";
   html += figure(report_plot(r, 0, Timing::wall, Against::reference),
                  "The same runs against the independent reference. More samples can’t get below the dotted floor: that "
@@ -75,12 +77,13 @@ std::string methods(const Report& r) {
   html += "<h2>Time to an error</h2>\n";
   html += paragraph(
       "Errors are relMSE: the mean of squared relative errors, so 10 %, 1 % and 0.1 % stand for 0.1, 0.01 and 0.001 "
-      "(root mean squares of 32 %, 10 % and 3.2 %).");
+      "(root mean squares of 32 %, 10 % and 3.2 %); the bias too is a relMSE.");
   html += time_table(r, 0, Timing::wall);
   html += paragraph(
       "Wall time, median over the seeds, with the fastest and the slowest below. ≤: the first checkpoint was already "
       "there. ≈, in italics: not reached within the run, extrapolated from its last checkpoint with the sampling error "
-      "falling as one over the time (slope −1). never: the bias alone is larger.",
+      "falling as one over the time (slope −1). never: the bias alone is larger. A bias after a < is lost in what "
+      "noise limit and reference still have.",
       "note");
   html += "<h2>By kernel time</h2>\n";
   html += paragraph("The same, by the device’s own clock: OpenCL events around every kernel.");
@@ -125,8 +128,8 @@ std::string explanations(const Report& r) {
   std::string noise = "The reference doesn’t say how noisy it is itself, so nothing is taken off for it.";
   if (r.reference_relmse)
     noise = fmt::format(
-        "The reference’s own noise is a relMSE of {}, and is taken off; floors below a tenth of that "
-        "are not resolved.",
+        "The reference’s own noise is a relMSE of {}, and is taken off; biases below a tenth "
+        "of that and of the limit’s own noise count as not resolved.",
         power_text(*r.reference_relmse));
   return html + paragraph(fmt::format("Reference: {}. {}", escaped(r.reference_name), noise));
 }
@@ -136,7 +139,8 @@ std::string costs(const Report& r) {
   html += paragraph(
       "The time at a checkpoint is that of all frames so far (samples, and light maps drawn again) and of one gather: "
       "the checkpoint’s own, with 64 positions per pixel, reading back and, with pyramids, building them and choosing "
-      "the level. Gathers for earlier checkpoints, comparing, loading and writing are not counted; neither are set-up "
+      "the level. The first choice of a level tries them all, and stays counted. Gathers for earlier checkpoints, "
+      "comparing, loading and writing are not counted; neither are set-up "
       "and compiling, which are told here. Seeds take turns, so that a busy spell hits all configurations alike.");
   html += cost_table(r);
   return html + paragraph(

@@ -32,8 +32,9 @@ class Meter {
  public:
   explicit Meter(const Renderer& renderer) : renderer_(renderer), kernel_(kernel()), evaluations_(evaluations()) {}
 
+  /// Times work that later checkpoints rest on.
   template <class F>
-  void frame(F&& work) {
+  void stay(F&& work) {
     const double start = now();
     work();
     seconds_ += now() - start;
@@ -75,11 +76,13 @@ ReportRun render_run(const Scene& scene, const Settings& settings, const std::st
   run.compile_seconds = renderer.statistics().seconds.compile;
   Meter meter(renderer);
   while (renderer.frames() < frames && (time <= 0 || run.checkpoints.empty() || meter.seconds() < time)) {
-    meter.frame([&] { renderer.frame(); });
+    meter.stay([&] { renderer.frame(); });
     if (!power_of_two(renderer.frames()) && renderer.frames() < frames) continue;
     Image image;
+    // With pyramids an estimate chooses the level that the image shows: the first of all, later ones of a few.
+    if (settings.pyramids && run.checkpoints.empty()) meter.stay([&] { renderer.estimate(); });
     Checkpoint point = meter.gather([&] {
-      if (settings.pyramids) renderer.estimate();  // chooses the level that the image shows
+      if (settings.pyramids && !run.checkpoints.empty()) renderer.estimate();
       image = renderer.image(0);
     });
     point.relmse = compare(image, reference).relmse;
@@ -137,12 +140,12 @@ constexpr std::uint32_t standard = 4, methods = 6;  // the candidates: first the
 /// The methods, then what the sweeps add; `report` gets the comparisons that show them.
 std::vector<Candidate> make_candidates(const Settings& defaults, const ReportSettings& how, Report& report) {
   std::vector<Candidate> candidates;
-  report.comparisons.push_back({"Methods", "", {}});
+  report.comparisons.push_back({"Methods", "", {}, {}});
   add_methods(defaults, how.frames, candidates);
   const auto sweep = [&](const char* title, const char* option, std::uint32_t Settings::*member) {
     candidates[standard].comparisons.push_back(report.comparisons.size());
     add_sweep(defaults, how.sweep_frames, option, member, report.comparisons.size(), candidates);
-    report.comparisons.push_back({title, option, {}});
+    report.comparisons.push_back({title, option, {}, {}});
   };
   if (defaults.gather != Gather::camera) {
     sweep("Layer size", "layer-size", &Settings::layer_size);
@@ -154,17 +157,16 @@ std::vector<Candidate> make_candidates(const Settings& defaults, const ReportSet
 
 /// Puts the configurations of each sweep in the order of its number.
 void sort_sweeps(Report& report, const std::vector<Candidate>& candidates) {
-  const auto by = [&](std::uint32_t Settings::*member) {
-    return [&, member](std::uint32_t a, std::uint32_t b) {
-      return candidates[a].settings.*member < candidates[b].settings.*member;
-    };
-  };
   for (Comparing& c : report.comparisons) {
-    if (c.option == "layers") std::sort(c.configurations.begin(), c.configurations.end(), by(&Settings::layers));
-    if (c.option == "layer-size")
-      std::sort(c.configurations.begin(), c.configurations.end(), by(&Settings::layer_size));
-    if (c.option == "light-map-size")
-      std::sort(c.configurations.begin(), c.configurations.end(), by(&Settings::light_map_size));
+    std::uint32_t Settings::*member = nullptr;
+    if (c.option == "layers") member = &Settings::layers;
+    if (c.option == "layer-size") member = &Settings::layer_size;
+    if (c.option == "light-map-size") member = &Settings::light_map_size;
+    if (!member) continue;
+    std::sort(c.configurations.begin(), c.configurations.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return candidates[a].settings.*member < candidates[b].settings.*member;
+    });
+    for (const std::uint32_t i : c.configurations) c.values.push_back(candidates[i].settings.*member);
   }
 }
 

@@ -17,12 +17,11 @@ constexpr const char* method_colours[] = {"#c04a00", "#a8437f", "#0072b2"};
 constexpr const char* size_colours[] = {"#a06a00", "#0072b2", "#4b2a85", "#111111"};
 constexpr Marker markers[] = {Marker::square, Marker::triangle, Marker::circle, Marker::diamond};
 
-/// A size's own number where the option is known from the title.
-std::string short_name(const Report& report, const Comparing& comparing, std::uint32_t configuration) {
-  const Configuration& c = report.configurations[configuration];
-  if (comparing.option.empty()) return c.name;
-  if (configuration == report.standard) return "default";
-  return c.name.substr(c.name.rfind(' ') + 1);
+/// A method's name, or a size.
+std::string short_name(const Report& report, const Comparing& comparing, std::size_t place) {
+  const std::uint32_t c = comparing.configurations[place];
+  if (comparing.values.empty()) return report.configurations[c].name;
+  return fmt::format("{}{}", comparing.values[place], c == report.standard ? " (default)" : "");
 }
 
 PlotSeries series_of(const Report& report, const Comparing& comparing, std::size_t place, Timing clock,
@@ -30,7 +29,7 @@ PlotSeries series_of(const Report& report, const Comparing& comparing, std::size
   const std::uint32_t configuration = comparing.configurations[place];
   const bool methods = comparing.option.empty();
   PlotSeries s;
-  s.name = short_name(report, comparing, configuration);
+  s.name = short_name(report, comparing, place);
   s.colour = methods ? method_colours[place / 2 % 3] : size_colours[place % 4];
   s.marker = markers[(methods ? place / 2 : place) % 4];
   s.dashed = methods && place % 2 == 1;
@@ -43,7 +42,7 @@ PlotSeries series_of(const Report& report, const Comparing& comparing, std::size
                                     power_text(p.error.median), power_text(p.error.low), power_text(p.error.high))});
   if (against == Against::sampling) {
     if (const auto k = slope(points)) s.note = fmt::format("slope {}{:.2f}", *k < 0 ? "−" : "", std::abs(*k));
-  } else if (const double bias = report.configurations[configuration].bias_relmse; bias > 0 && (!methods || s.bold)) {
+  } else if (const double bias = resolved_bias(report, configuration); bias > 0 && (!methods || s.bold)) {
     s.floor = bias;  // of the methods only Parian's own: the others' share it
     s.note = fmt::format("floor {}", power_text(bias));
   }
@@ -91,13 +90,14 @@ std::string time_table(const Report& report, std::size_t comparison, Timing cloc
       escaped(comparing.option.empty() ? "method" : comparing.title));
   for (int group = 0; group < 2; ++group)
     for (int i = 0; i < 3; ++i) html += fmt::format(R"(<th{}>{}</th>)", i ? "" : R"( class="first")", target_names[i]);
-  html += R"(<th class="first">bias, relMSE</th></tr></thead><tbody>)";
-  for (const std::uint32_t c : comparing.configurations) {
+  html += R"(<th class="first">bias</th></tr></thead><tbody>)";
+  for (std::size_t place = 0; place < comparing.configurations.size(); ++place) {
+    const std::uint32_t c = comparing.configurations[place];
     html += fmt::format(R"(<tr{}><td>{}</td>)", c == report.standard ? R"( class="ours")" : "",
-                        escaped(report.configurations[c].name));
+                        escaped(short_name(report, comparing, place)));
     for (const Against against : {Against::sampling, Against::reference})
       for (int i = 0; i < 3; ++i) html += cell(time_to(report, c, target_errors[i], clock, against), i == 0);
-    html += fmt::format(R"(<td class="first">{}</td></tr>)", power_text(report.configurations[c].bias_relmse));
+    html += fmt::format(R"(<td class="first">{}</td></tr>)", bias_text(report, c));
   }
   return html + "</tbody></table></div>";
 }

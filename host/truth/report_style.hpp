@@ -21,9 +21,9 @@ figcaption, .note { color: #444; font-size: .9rem; max-width: 46rem; }
 h3 { font-size: 1rem; margin: 1.4rem 0 .2rem; break-after: avoid; }
 h2 { break-after: avoid; }
 .scroll { overflow-x: auto; }
-table { border-collapse: collapse; margin: .7rem 0 .6rem; font-variant-numeric: tabular-nums; font-size: .92rem;
+table { border-collapse: collapse; margin: .7rem 0 .6rem; font-variant-numeric: tabular-nums; font-size: .88rem;
   break-inside: avoid; }
-th, td { padding: .32rem .75rem; text-align: right; vertical-align: top; border-bottom: 1px solid #ddd; }
+th, td { padding: .32rem .6rem; text-align: right; vertical-align: top; border-bottom: 1px solid #ddd; }
 thead th { font-weight: 600; border-bottom: 1.5px solid #555; vertical-align: bottom; }
 thead tr.group th { border-bottom: 1px solid #bbb; text-align: center; }
 th:first-child, td:first-child { text-align: left; padding-left: 0; font-weight: 400; }

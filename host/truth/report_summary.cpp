@@ -12,10 +12,12 @@
 namespace parian {
 namespace {
 
-constexpr int middle_target = 1, last_target = 2;
+constexpr int last_target = 2;
 
+/// Two digits.
 std::string factor_text(double factor) {
-  return factor < 9.95 ? fmt::format("{:.1f}", factor) : fmt::format("{:.0f}", factor);
+  const double unit = std::pow(10.0, std::floor(std::log10(factor)) - 1);
+  return fmt::format("{:.{}f}", std::round(factor / unit) * unit, factor < 9.95 ? 1 : 0);
 }
 
 /// As time_text, in words.
@@ -26,7 +28,8 @@ std::string in_words(const TimeTo& time) {
 
 /// How often `other` takes as long as `own`.
 std::string ratio_text(const TimeTo& other, const TimeTo& own) {
-  return fmt::format("{} times as long", factor_text(other.seconds.median / own.seconds.median));
+  return fmt::format("{} {} times as long", own.at_first ? "at least" : "about",
+                     factor_text(other.seconds.median / own.seconds.median));
 }
 
 }  // namespace
@@ -36,16 +39,17 @@ std::vector<std::string> summary(const Report& report) {
     return *time_to(report, c, target_errors[target], Timing::wall, against);
   };
   const std::uint32_t ours = report.standard, posters = report.comparisons.front().configurations[1];
-  const TimeTo own = at(ours, middle_target, Against::sampling), other = at(posters, middle_target, Against::sampling);
+  int target = 0;  // the first that tells more than what a gather costs
+  while (target < last_target && at(ours, target, Against::sampling).at_first) ++target;
+  const TimeTo own = at(ours, target, Against::sampling), other = at(posters, target, Against::sampling);
   std::vector<std::string> sentences;
   sentences.push_back(
-      fmt::format("Parian reaches a sampling error of 1 % after {}. The poster’s method, a uniform disc without "
+      fmt::format("Parian reaches a sampling error of {} after {}. The poster’s method, a uniform disc without "
                   "pyramids, takes {}: {}.",
-                  in_words(own), in_words(other), ratio_text(other, own)));
+                  target_names[target], in_words(own), in_words(other), ratio_text(other, own)));
   const TimeTo total = at(ours, last_target, Against::reference);
-  const double bias = report.configurations[ours].bias_relmse;
   sentences.push_back(fmt::format(
-      "Its resolution leaves a bias of {} (relMSE). {}", power_text(bias),
+      "Its resolution leaves a bias of {} (relMSE). {}", bias_text(report, ours),
       total.never ? std::string("So 0.1 % to the reference is out of reach without larger layers or light maps.")
                   : fmt::format("An error to the reference of 0.1 %, bias included, takes {}.", in_words(total))));
   return sentences;
@@ -68,7 +72,7 @@ std::string report_markdown(const Report& report) {
         const auto time = time_to(report, c, target, Timing::wall, against);
         text += fmt::format(" {} |", time ? time_text(*time) : "n/a");
       }
-    text += fmt::format(" {} |\n", power_text(report.configurations[c].bias_relmse));
+    text += fmt::format(" {} |\n", bias_text(report, c));
   }
   for (const std::string& warning : report.warnings) text += "\nWarning: " + warning + "\n";
   return text;
