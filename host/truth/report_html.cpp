@@ -82,7 +82,7 @@ std::string methods(const Report& r) {
   html += paragraph(
       "Wall time, median over the seeds, with the fastest and the slowest below. ≤: the first checkpoint was already "
       "there. ≈, in italics: not reached within the run, extrapolated from its last checkpoint with the sampling error "
-      "falling as one over the time (slope −1). never: the bias alone is larger. A bias after a < is lost in what "
+      "falling as one over the time (slope −1). never: the bias alone is larger. A bias after a &lt; is lost in what "
       "noise limit and reference still have.",
       "note");
   html += "<h2>By kernel time</h2>\n";

@@ -97,7 +97,7 @@ std::string time_table(const Report& report, std::size_t comparison, Timing cloc
                         escaped(short_name(report, comparing, place)));
     for (const Against against : {Against::sampling, Against::reference})
       for (int i = 0; i < 3; ++i) html += cell(time_to(report, c, target_errors[i], clock, against), i == 0);
-    html += fmt::format(R"(<td class="first">{}</td></tr>)", bias_text(report, c));
+    html += fmt::format(R"(<td class="first">{}</td></tr>)", escaped(bias_text(report, c)));
   }
   return html + "</tbody></table></div>";
 }
