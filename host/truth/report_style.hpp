@@ -19,7 +19,8 @@ figure { margin: 1rem 0 1.6rem; break-inside: avoid; }
 figure > svg { display: block; max-width: 100%; height: auto; }
 figcaption, .note { color: #444; font-size: .9rem; max-width: 46rem; }
 h3 { font-size: 1rem; margin: 1.4rem 0 .2rem; break-after: avoid; }
-h2 { break-after: avoid; }
+h2, h2 + p { break-after: avoid; }
+.scroll { break-inside: avoid; }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; margin: .7rem 0 .6rem; font-variant-numeric: tabular-nums; font-size: .88rem;
   break-inside: avoid; }
@@ -54,7 +55,7 @@ dd { margin: 0; overflow-wrap: anywhere; }
   h2 { margin-top: 1.4rem; }
   table { font-size: 8.6pt; }
   th, td { padding: .22rem .5rem; }
-  pre { font-size: 8pt; }
+  pre { font-size: 7pt; }
   .scroll { overflow: visible; }
   tr.ours td { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 }
