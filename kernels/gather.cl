@@ -176,14 +176,15 @@ __kernel void gather_pixels(const View view, const Window window, __global const
   }
 }
 
-// The pixels that no layer sees, by pass 2's own function at the points themselves.
+// Adds listed pixels, by pass 2's own function at the points themselves: those that no layer sees, or, with the sign
+// turned, some that layers do see, to tell how far off these are.
 __kernel void gather_direct(const View view, const Window window, __global const uint* restrict ids,
                             __global const float4* restrict positions, __global const uint* restrict triangles,
                             __global const float* restrict normals, __constant Light* lights,
                             __global const float4* restrict map, __constant Medium* media, const Boundary boundary,
                             const Density density, __global const float2* restrict rho, const uint seed,
                             __global const float2* restrict extent, __constant uint* level_first, const uint levels,
-                            const uint round, const uint rounds, const uint sets,
+                            const uint round, const uint rounds, const float sign, const uint sets,
                             __global const uint* restrict n_direct, __global const uint* restrict direct,
                             __global float4* restrict film) {
   const uint first = (uint)get_global_id(0), stride = (uint)get_global_size(0), n_pixels = window.width * window.height;
@@ -193,7 +194,7 @@ __kernel void gather_direct(const View view, const Window window, __global const
     const uint i = direct[item];
     const float3 p = pixel_sample(window, i);
     const Surface s = surface_at(view, p.x, p.y, ids[i], positions, triangles, normals);
-    const float factor = transmittance_to(view, s, boundary) / (float)rounds;
+    const float factor = sign * transmittance_to(view, s, boundary) / (float)rounds;
     const uint point = 0x80000000u | ((uint)p.y * view.width + (uint)p.x);
     float4 centre[LIGHTS];
     for (uint l = 0; l < LIGHTS; ++l)

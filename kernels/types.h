@@ -90,6 +90,15 @@ typedef struct {
   float pad1;
 } Density;
 
+// Every struct above with its last field: where that lies tells whether host and device lay the struct out alike.
+#define STRUCTS_THAT_CROSS(F) \
+  F(Medium, scale)            \
+  F(Boundary, pad_1) F(View, pad1) F(Window, pad1) F(RasterTriangle, triangle) F(Light, pad) F(Density, pad1)
+
+// The self-test's work-items, and the smallest of the numbers that they offer to an atomic minimum.
+#define SELF_TEST_ITEMS 64
+#define SELF_TEST_MINIMUM 5u
+
 #ifdef __cplusplus
 // The same constants unrounded, for the double form.
 typedef struct {

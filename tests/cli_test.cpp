@@ -224,4 +224,61 @@ TEST_F(CliTest, AnInterruptedRenderWritesWhatItHas) {
 }
 
 }  // namespace
+TEST_F(CliTest, ReferenceWritesContinuesAndIsCompared) {
+  const std::string options = "tet.obj --size 12x12 --error 1e6 --quiet ";
+  ASSERT_EQ(run("reference " + options + "-o a.exr -o a.png").code, 0);
+  EXPECT_FALSE(read_bytes(scratch_ / "a.png").empty());
+  ASSERT_EQ(run("reference " + options + "-o again.exr").code, 0);
+  EXPECT_TRUE(read_bytes(scratch_ / "a.exr") == read_bytes(scratch_ / "again.exr"));  // the same run, the same bytes
+
+  ASSERT_EQ(run("reference " + options + "--resume -o again.exr").code, 0);  // its target is reached already
+  EXPECT_TRUE(read_bytes(scratch_ / "a.exr") == read_bytes(scratch_ / "again.exr"));
+  ASSERT_EQ(run("reference tet.obj --size 12x12 --error 5e-5 --quiet --resume -o again.exr").code, 0);
+  EXPECT_TRUE(read_bytes(scratch_ / "a.exr") != read_bytes(scratch_ / "again.exr"));
+  const std::string before = read_bytes(scratch_ / "again.exr");
+  expect_error("reference " + options + "--light 0,1,0 --resume -o again.exr", 3, "was made of another scene");
+  EXPECT_TRUE(read_bytes(scratch_ / "again.exr") == before);
+
+  const Outcome json = run("compare a.exr again.exr --json");
+  ASSERT_EQ(json.code, 0) << json.err;
+  const auto figures = nlohmann::json::parse(json.out);
+  for (const char* key : {"pixels", "rmse", "relmse", "relmse_p99", "relmse_edge", "reference_relmse", "mean_ratio",
+                          "max_abs", "max_pixel"}) {
+    EXPECT_TRUE(figures.contains(key)) << key;
+  }
+  EXPECT_GT(figures["pixels"], 0);
+  EXPECT_GT(figures["reference_relmse"], 0.0);
+  EXPECT_EQ(figures["mean_ratio"].size(), 3u);
+  const Outcome table = run("compare a.exr again.exr --difference d.png --scale 0.5");
+  EXPECT_EQ(table.code, 0) << table.err;
+  EXPECT_NE(table.out.find("relMSE"), std::string::npos);
+  EXPECT_FALSE(read_bytes(scratch_ / "d.png").empty());
+}
+
+TEST_F(CliTest, CompareFailsWhenItShould) {
+  ASSERT_EQ(run("reference tet.obj --size 8x8 --error 1e6 --quiet -o a.exr -o a.png").code, 0);
+  ASSERT_EQ(run("reference tet.obj --size 8x8 --error 1e6 --quiet --material skin2 -o b.exr").code, 0);
+  ASSERT_EQ(run("reference tet.obj --size 9x8 --error 1e6 --quiet -o c.exr").code, 0);
+  EXPECT_EQ(run("compare a.exr a.exr --max-relmse 0").code, 0);
+  const Outcome exceeded = run("compare b.exr a.exr --max-relmse 1e-6 --json");
+  EXPECT_EQ(exceeded.code, 1);
+  EXPECT_NE(exceeded.err.find("exceeds 1e-06"), std::string::npos) << exceeded.err;
+  EXPECT_TRUE(nlohmann::json::accept(exceeded.out));
+  expect_error("compare a.exr c.exr", 3, "c.exr");
+  expect_error("compare a.exr none.exr", 3, "none.exr: there is no such file");
+  expect_error("compare a.png a.exr", 3, "a.png: holds bytes");
+  expect_error("compare a.exr a.exr --scale 1", 2, "--difference");
+  expect_error("compare a.exr", 2, "REFERENCE");
+}
+
+TEST_F(CliTest, ReferenceRefusesWhatItCantUse) {
+  expect_error("reference tet.obj", 2, "no output is given");
+  expect_error("reference tet.obj -o a.exr --layers 4", 2, "there is no option '--layers'");
+  expect_error("reference tet.obj -o a.exr --seed 1.5", 2, "whole number");
+  expect_error("reference tet.obj -o a.png --resume", 2, "add -o FILE.exr");
+  expect_error("reference tet.obj -o none/a.exr", 5, "there is no folder");
+  scratch_.write("other.exr", "not ours");
+  expect_error("reference tet.obj -o other.exr --resume", 3, "other.exr");
+}
+
 }  // namespace parian

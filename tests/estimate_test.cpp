@@ -144,23 +144,31 @@ TEST(Estimate, is_honest_of_skin_lit_twice) {
   expect_honest({"skin2 figure", scene, settings, {2, 8}}, 3);
 }
 
-// Noise of few samples becomes blur, and less error: a level between the finest and the coarsest is best.
+// Noise of few samples becomes blur, and less error: a level between the finest and the coarsest is best. Texels
+// smaller than a pixel, so that a coarse level has something to average; measured over 24 seeds: 0.39 +- 0.04, at most
+// 0.54.
 TEST(Estimate, pyramids_help_where_samples_are_few) {
   const Scene scene = scene_of(model("concave"), find_material("marble"));
   Settings settings = small_settings();
-  settings.layer_size = 96;
+  settings.layer_size = 160;
   settings.pyramids = false;
   settings.samples = 512;
   const Image reference = render(scene, settings, 8).image;
   settings.samples = 2;
-  double error[2] = {};
-  for (const bool pyramids : {false, true})
-    for (settings.seed = 1; settings.seed <= 4; ++settings.seed) {
+  double log_sum = 0.0;
+  constexpr std::uint32_t seeds = 6;
+  for (settings.seed = 1; settings.seed <= seeds; ++settings.seed) {
+    double error[2] = {};
+    for (const bool pyramids : {false, true}) {
       settings.pyramids = pyramids;
-      error[pyramids] += relmse(render(scene, settings, 2).image, reference) / 4;
+      error[pyramids] = relmse(render(scene, settings, 2).image, reference);
     }
-  fmt::print("2 frames of 2 samples: relMSE {:.3g} without pyramids, {:.3g} with\n", error[0], error[1]);
-  EXPECT_LT(error[1], 0.6 * error[0]);
+    EXPECT_LT(error[1], error[0]) << "seed " << settings.seed;
+    log_sum += std::log(error[1] / error[0]);
+  }
+  const double ratio = std::exp(log_sum / seeds);
+  fmt::print("2 frames of 2 samples: relMSE with pyramids {:.3f} of that without, geometric mean\n", ratio);
+  EXPECT_LT(ratio, 0.6);
 }
 
 }  // namespace

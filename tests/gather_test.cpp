@@ -53,7 +53,7 @@ struct FilmBench : Bench {
     const std::size_t texels = 2 * levels.size() * w.width * w.height;
     compute.fill(passes.film.sums, 0, 4 * texels);
     setup_view(passes, view, Stage::gather);
-    gather(passes, view, w, levels, scale, 0, rounds);
+    gather(passes, view, w, levels, scale, 0, rounds, Stage::gather);
     ids = compute.read<cl_uint>(passes.film.ids, std::size_t{w.width} * w.height);
     direct = compute.read<cl_uint>(passes.film.direct, compute.read<cl_uint>(passes.film.n_direct, 1)[0]);
     return compute.read<float4>(passes.film.sums, texels);

@@ -93,6 +93,55 @@ TEST(ImageTest, ExrSaysWhatItIs) {
   EXPECT_EQ(read(scratch / "b.exr").spec.get_string_attribute("DateTime"), "1970:01:01 23:59:59");
 }
 
+TEST(ImageTest, ReadsBackWhatWasWritten) {
+  const Scratch scratch;
+  Image image = small_image();
+  PictureNotes more = notes;
+  more.other = {{"batches", "17"}};
+  write_image(scratch / "a.exr", image, more, {});
+  EXPECT_EQ(read_image(scratch / "a.exr").rgba, image.rgba);
+  EXPECT_TRUE(read_image(scratch / "a.exr").standard_error.empty());
+  EXPECT_EQ(read_image(scratch / "a.exr").estimated_relmse, 0.5);
+  EXPECT_EQ(read_notes(scratch / "a.exr").at("batches"), "17");
+  for (int i = 0; i < 12; ++i) image.standard_error.push_back(0.25f * static_cast<float>(i));
+  write_image(scratch / "b.exr", image, notes, {});
+  const Image back = read_image(scratch / "b.exr");
+  EXPECT_EQ(back.rgba, image.rgba);
+  EXPECT_EQ(back.standard_error, image.standard_error);
+  const std::vector<std::string> names = read(scratch / "b.exr").spec.channelnames;
+  EXPECT_EQ(names, (std::vector<std::string>{"R", "G", "B", "A", "stderr.R", "stderr.G", "stderr.B"}));
+  write_image(scratch / "b.tif", image, notes, {});  // keeps the picture alone
+  EXPECT_EQ(read_image(scratch / "b.tif").rgba, image.rgba);
+  write_image(scratch / "b.png", image, notes, {});
+  EXPECT_FALSE(read_bytes(scratch / "b.png").empty());
+}
+
+TEST(ImageTest, RefusesToReadWhatHoldsNoRadiance) {
+  const Scratch scratch;
+  const auto refusal_to_read = [&](const std::string& name) {
+    try {
+      (void)read_image(scratch / name);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::input);
+      EXPECT_EQ(std::string(error.what()).find((scratch / name).string()), 0u) << error.what();
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+      return std::string(error.what());
+    }
+    return std::string("nothing");
+  };
+  EXPECT_NE(refusal_to_read("none.exr").find("no such file"), std::string::npos);
+  write_image(scratch / "a.png", small_image(), notes, {});
+  EXPECT_NE(refusal_to_read("a.png").find("not radiance"), std::string::npos);
+  scratch.write("text.exr", "no picture at all");
+  EXPECT_NE(refusal_to_read("text.exr").find("no picture that can be read"), std::string::npos);
+  write_image(scratch / "whole.exr", large_image(), notes, {});
+  const std::string whole = read_bytes(scratch / "whole.exr");
+  for (const std::size_t size : {std::size_t{3}, std::size_t{100}, whole.size() / 2, whole.size() - 10}) {
+    scratch.write("part.exr", whole.substr(0, size));
+    EXPECT_NE(refusal_to_read("part.exr"), "nothing") << size << " of " << whole.size() << " bytes";
+  }
+}
+
 TEST(ImageTest, EqualRunsGiveEqualBytes) {
   const Scratch scratch;
   for (const char* extension : {".exr", ".png", ".tif", ".jpg", ".hdr"}) {

@@ -21,6 +21,11 @@ void add_compare(CLI::App& app, Run& run);
 void add_devices(CLI::App& app, Run& run);
 void add_materials(CLI::App& app, Run& run);
 void add_report(CLI::App& app, Run& run);
+void add_check(CLI::App& app, Run& run);
+
+/// Each dipole model's albedo on half-spaces beside a random walk's, as a table or as JSON, on standard output; takes
+/// some ten seconds. Returns the exit code.
+[[nodiscard]] int print_half_space(bool json);
 
 /// The options that name the input and say how to render it, as the user wrote them; several subcommands have them.
 struct InputOptions {

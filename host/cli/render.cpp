@@ -147,8 +147,8 @@ void print_input(const Input& input, const Renderer& renderer) {
 void print_seconds(const Seconds& s) {
   fmt::print(stderr,
              "parian: seconds: load {:.3f}, plan {:.3f}, compile {:.3f}, light map {:.3f}, layers {:.3f}, pyramids "
-             "{:.3f}, gather {:.3f}, read {:.3f}, total {:.3f}\n",
-             s.load, s.plan, s.compile, s.light_map, s.layers, s.pyramids, s.gather, s.read, s.total);
+             "{:.3f}, gather {:.3f}, bias {:.3f}, read {:.3f}, total {:.3f}\n",
+             s.load, s.plan, s.compile, s.light_map, s.layers, s.pyramids, s.gather, s.bias, s.read, s.total);
 }
 
 /// Everything after the input is loaded; fills `done` with what the renderer says and returns the pictures' names.

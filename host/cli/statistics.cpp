@@ -15,7 +15,8 @@ Json known(double value) { return value >= 0 ? Json(value) : Json(nullptr); }
 Json stages(const Seconds& seconds) {
   return {{"load", seconds.load},           {"plan", seconds.plan},     {"compile", seconds.compile},
           {"light_map", seconds.light_map}, {"layers", seconds.layers}, {"pyramids", seconds.pyramids},
-          {"gather", seconds.gather},       {"read", seconds.read},     {"total", seconds.total}};
+          {"gather", seconds.gather},       {"bias", seconds.bias},     {"read", seconds.read},
+          {"total", seconds.total}};
 }
 
 Json omissions(const std::vector<Omission>& left_out) {

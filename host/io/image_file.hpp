@@ -32,9 +32,9 @@ inline constexpr double largest_stops = 64.0;
 struct PictureNotes {
   std::string device;  ///< left out if empty
   std::string settings;
-  std::uint32_t frames = 0;                  ///< left out if 0
-  double estimated_relmse = -1.0;            ///< negative: not known
-  std::map<std::string, std::string> other;  ///< more of them, by name without the leading "parian:"
+  std::uint32_t frames = 0;                    ///< left out if 0
+  double estimated_relmse = -1.0;              ///< negative: not known
+  std::map<std::string, std::string> other{};  ///< more of them, by name without the leading "parian:"
 };
 
 /// Throws Error(output) when write_image would fail for sure: unknown extension, no such folder.

@@ -73,7 +73,8 @@ Image read_image(const std::filesystem::path& path) {
 std::map<std::string, std::string> read_notes(const std::filesystem::path& path) {
   constexpr std::string_view prefix = "parian:";
   std::map<std::string, std::string> notes;
-  for (const OIIO::ParamValue& value : open(path)->spec().extra_attribs) {
+  const auto input = open(path);
+  for (const OIIO::ParamValue& value : input->spec().extra_attribs) {
     const std::string name = value.name().string();
     if (name.starts_with(prefix)) notes[name.substr(prefix.size())] = value.get_string();
   }

@@ -142,7 +142,8 @@ std::vector<RenderOption> make_options() {
       flag("no-pyramids", "don't blur early frames", &Settings::pyramids, false),
       whole("seed", "another seed, another noise", &Settings::seed, 0, any),
       keep(),
-      flag("force", "render even if the device's memory seems too small", &Settings::force, true),
+      flag("force", "render even if the device's memory seems too small or it fails its self-test", &Settings::force,
+           true),
   };
 }
 

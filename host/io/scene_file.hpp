@@ -72,9 +72,6 @@ struct Input {
   std::string mesh_file;  ///< for messages about the mesh
 };
 
-/// Largest side of the film, in pixels.
-inline constexpr std::uint32_t largest_film_side = 16384;
-
 /// Full vertical angles that a camera can have, in degrees.
 inline constexpr double least_fov = 0.01, largest_fov = 179.0;
 

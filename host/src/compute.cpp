@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cctype>
 
-#include "embedded.hpp"
-
 namespace parian {
 namespace {
 
@@ -124,9 +122,9 @@ Compute::Compute(const std::string& selector) {
   });
 }
 
-void Compute::build(const std::string& options) {
+void Compute::build(const std::string& options, const std::string& program) {
   with_device_errors(info_, [&] {
-    program_ = cl::Program(context_, std::string(kernel_sources));
+    program_ = cl::Program(context_, program);
     try {
       program_.build(device_, options.c_str());
     } catch (const cl::Error&) {

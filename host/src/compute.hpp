@@ -7,13 +7,14 @@
 #include <utility>
 #include <vector>
 
+#include "embedded.hpp"
 #include "error.hpp"
 #include "renderer.hpp"
 
 namespace parian {
 
 /// The stages that time is booked on; the names are those of Seconds.
-enum class Stage { plan, light_map, layers, pyramids, gather };
+enum class Stage { plan, light_map, layers, pyramids, gather, bias };
 
 class Compute {
  public:
@@ -21,8 +22,8 @@ class Compute {
 
   /// Opens the device that `selector` means, as Renderer describes it.
   explicit Compute(const std::string& selector);
-  /// Compiles all kernels with `options`. Throws Error(device) with the compiler's first error.
-  void build(const std::string& options);
+  /// Compiles `program`, which only tests change, with `options`. Throws Error(device) with the compiler's first error.
+  void build(const std::string& options, const std::string& program = kernel_sources);
 
   template <class T>
   [[nodiscard]] cl::Buffer buffer(std::size_t count) {

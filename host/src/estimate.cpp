@@ -7,32 +7,67 @@
 
 namespace parian {
 
-double estimated_relmse(const Halves& h) {
-  double mean = 0.0;
+namespace {
+
+constexpr float covered = 0.999F;  // alpha from which a pixel counts as the object's
+
+/// The mean of C over covered pixels and RGB, and how many values that is of.
+struct Mean {
+  double value = 0.0;
   std::size_t count = 0;
+};
+
+Mean mean_of(const Halves& h) {
+  Mean mean;
   for (std::size_t i = 0; i < h.alpha.size(); ++i) {
-    if (h.alpha[i] < 0.999F) continue;
-    for (int c = 0; c < 3; ++c) mean += 0.5 * (double{h.a[i][c]} + double{h.b[i][c]});
-    count += 3;
+    if (h.alpha[i] < covered) continue;
+    for (int c = 0; c < 3; ++c) mean.value += 0.5 * (double{h.a[i][c]} + double{h.b[i][c]});
+    mean.count += 3;
   }
-  if (count == 0)  // an empty film is exact; edges alone tell nothing
+  if (mean.count > 0) mean.value /= static_cast<double>(mean.count);
+  return mean;
+}
+
+/// 1 / (C^2 + eps^2) of one value.
+double weight_of(double a, double b, double epsilon) {
+  const double shown = 0.5 * (a + b);
+  return 1.0 / (shown * shown + epsilon * epsilon);
+}
+
+}  // namespace
+
+double estimated_relmse(const Halves& h) {
+  const Mean mean = mean_of(h);
+  if (mean.count == 0)  // an empty film is exact; edges alone tell nothing
     return std::any_of(h.alpha.begin(), h.alpha.end(), [](float alpha) { return alpha > 0.0F; }) ? -1.0 : 0.0;
-  if (!std::isfinite(mean)) return std::numeric_limits<double>::infinity();  // a NaN must never count as converged
-  if (mean <= 0.0) return 0.0;
-  const double epsilon = 0.01 * mean / static_cast<double>(count);
+  if (!std::isfinite(mean.value))
+    return std::numeric_limits<double>::infinity();  // a NaN must never count as converged
+  if (mean.value <= 0.0) return 0.0;
   double variance = 0.0, blur = 0.0;
   for (std::size_t i = 0; i < h.alpha.size(); ++i) {
-    if (h.alpha[i] < 0.999F) continue;
+    if (h.alpha[i] < covered) continue;
     for (int c = 0; c < 3; ++c) {
-      const double a = h.a[i][c], b = h.b[i][c], shown = 0.5 * (a + b);
-      const double weight = 1.0 / (shown * shown + epsilon * epsilon);
+      const double a = h.a[i][c], b = h.b[i][c], weight = weight_of(a, b, 0.01 * mean.value);
       variance += weight * 0.25 * (a - b) * (a - b);
       blur += weight * (a - double{h.a0[i][c]}) * (b - double{h.b0[i][c]});
     }
   }
   if (!std::isfinite(variance + blur)) return std::numeric_limits<double>::infinity();
   // Noise may drive the estimate of the squared blur below 0, where no square is.
-  return (variance + std::max(blur, 0.0)) / static_cast<double>(count);
+  return (variance + std::max(blur, 0.0)) / static_cast<double>(mean.count);
+}
+
+double estimated_bias_relmse(const Halves& h, const PixelDifferences& d) {
+  if (d.pixels.empty()) return -1.0;
+  const Mean mean = mean_of(h);
+  if (!std::isfinite(mean.value)) return std::numeric_limits<double>::infinity();
+  if (mean.value <= 0.0) return 0.0;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < d.pixels.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      sum += weight_of(h.a[d.pixels[i]][c], h.b[d.pixels[i]][c], 0.01 * mean.value) * double{d.a[i][c]} * d.b[i][c];
+  if (!std::isfinite(sum)) return std::numeric_limits<double>::infinity();
+  return std::max(sum, 0.0) / (3.0 * static_cast<double>(d.pixels.size()));
 }
 
 }  // namespace parian

@@ -17,4 +17,15 @@ struct Halves {
 /// value is not finite.
 [[nodiscard]] double estimated_relmse(const Halves& h);
 
+/// Pixels of an image whose light was also computed at their own points, and by how much the layers differ from that.
+struct PixelDifferences {
+  std::vector<std::size_t> pixels;
+  std::vector<glm::vec3> a, b;  ///< A0 - A' and B0 - B' of each
+};
+
+/// Estimated relMSE that looking light up in layers adds: the mean over the pixels and RGB of
+/// (A0-A')(B0-B') / (C^2+eps^2), C and eps those of the whole image, at least 0; -1 (not known) without pixels, and
+/// infinite where a value is not finite.
+[[nodiscard]] double estimated_bias_relmse(const Halves& h, const PixelDifferences& d);
+
 }  // namespace parian

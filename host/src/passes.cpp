@@ -26,8 +26,10 @@ kernels::Window whole(const kernels::View& v, glm::ivec2 sample = {128, 128}) {
 }  // namespace
 
 glm::ivec2 subpixel_position(std::uint32_t i, std::uint32_t start) {
-  const std::uint32_t u = i * R2_STEP_U + kernels::hash(start), v = i * R2_STEP_V + kernels::hash(start ^ 0x68bc21ebU);
-  return {static_cast<int>(u >> 24), static_cast<int>(v >> 24)};
+  const std::uint32_t k = i / 2;
+  const std::uint32_t u = k * R2_STEP_U + kernels::hash(start), v = k * R2_STEP_V + kernels::hash(start ^ 0x68bc21ebU);
+  const glm::ivec2 position(std::max(u >> 24, 1U), std::max(v >> 24, 1U));
+  return i % 2 == 0 ? position : 256 - position;
 }
 
 void upload_geometry(Passes& p, const Mesh& mesh) {
@@ -198,23 +200,42 @@ void build_pyramids(Passes& p, std::uint32_t level) {
                      k.count(), l, k.level_first_buffer, size, k.n_points, k.geometry, k.slots, k.values);
 }
 
-void gather(Passes& p, const kernels::View& view, const kernels::Window& window, const std::vector<cl_uint>& levels,
-            float scale, std::uint32_t round, std::uint32_t rounds) {
+namespace {
+
+void launch_direct(Passes& p, const kernels::View& view, const kernels::Window& window, std::uint32_t round,
+                   std::uint32_t rounds, float sign, cl_uint sets, Stage stage) {
   const Geometry& g = p.geometry;
-  const Layers& k = p.layers;
   const LightMaps& m = p.light_maps;
   const Film& f = p.film;
-  draw(p, window, f.depth, &f.ids, Stage::gather);
+  p.compute.launch("gather_direct", direct_items, stage, view, window, f.ids, g.positions, g.triangles, g.normals,
+                   m.lights_buffer, m.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.seed, m.extent,
+                   m.level_first, m.levels, round, rounds, sign, sets, f.n_direct, f.direct, f.sums);
+}
+
+}  // namespace
+
+void gather(Passes& p, const kernels::View& view, const kernels::Window& window, const std::vector<cl_uint>& levels,
+            float scale, std::uint32_t round, std::uint32_t rounds, Stage stage) {
+  const Geometry& g = p.geometry;
+  const Layers& k = p.layers;
+  const Film& f = p.film;
+  draw(p, window, f.depth, &f.ids, stage);
   cl_uint4 level{};
   for (std::size_t s = 0; s < levels.size(); ++s) level.s[s] = levels[s];
   const cl_uint sets = static_cast<cl_uint>(levels.size());
   p.compute.fill(f.n_direct, 0, 1);
-  p.compute.launch("gather_pixels", pixels(window), Stage::gather, view, window, f.ids, g.positions, g.triangles,
-                   g.normals, k.views_buffer, k.level_first_buffer, k.geometry, k.slots, k.count(), k.size, k.values,
-                   scale, p.plan.boundary, level, sets, f.sums, f.n_direct, f.direct);
-  p.compute.launch("gather_direct", direct_items, Stage::gather, view, window, f.ids, g.positions, g.triangles,
-                   g.normals, m.lights_buffer, m.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho,
-                   p.seed, m.extent, m.level_first, m.levels, round, rounds, sets, f.n_direct, f.direct, f.sums);
+  p.compute.launch("gather_pixels", pixels(window), stage, view, window, f.ids, g.positions, g.triangles, g.normals,
+                   k.views_buffer, k.level_first_buffer, k.geometry, k.slots, k.count(), k.size, k.values, scale,
+                   p.plan.boundary, level, sets, f.sums, f.n_direct, f.direct);
+  launch_direct(p, view, window, round, rounds, 1.0F, sets, stage);
+}
+
+void subtract_direct(Passes& p, const kernels::View& view, const kernels::Window& window,
+                     const std::vector<cl_uint>& chosen, std::uint32_t round, std::uint32_t rounds, Stage stage) {
+  if (chosen.empty()) return;
+  p.compute.write(p.film.direct, chosen);
+  p.compute.fill(p.film.n_direct, static_cast<cl_uint>(chosen.size()), 1);
+  launch_direct(p, view, window, round, rounds, -1.0F, 1, stage);
 }
 
 }  // namespace parian

@@ -81,9 +81,15 @@ void build_pyramids(Passes& p, std::uint32_t level);
 /// Pass 4: adds one subpixel position of a window of a view to the film, for the given levels. `scale` is 1 / frames;
 /// pixels that no layer sees take `rounds` rounds of samples from round `round` on.
 void gather(Passes& p, const kernels::View& view, const kernels::Window& window, const std::vector<cl_uint>& levels,
-            float scale, std::uint32_t round, std::uint32_t rounds);
+            float scale, std::uint32_t round, std::uint32_t rounds, Stage stage);
+/// Subtracts from the film what pass 2's function gives at the points of some pixels themselves, at the subpixel
+/// position that `gather` has just added.
+void subtract_direct(Passes& p, const kernels::View& view, const kernels::Window& window,
+                     const std::vector<cl_uint>& chosen, std::uint32_t round, std::uint32_t rounds, Stage stage);
 
-/// The sub-texel or subpixel position with index `i` of the R2 sequence started at `start`, in 1/256.
+/// The sub-texel or subpixel position with index `i` of a sequence started at `start`, in 1/256: points of R2, each
+/// followed by its mirror image, since positions that aren't centred shift the image: 64 of R2 alone by 0.02 pixels,
+/// which is 1 % of the light at a silhouette.
 [[nodiscard]] glm::ivec2 subpixel_position(std::uint32_t i, std::uint32_t start);
 
 }  // namespace parian

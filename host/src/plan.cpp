@@ -16,6 +16,8 @@ namespace {
 constexpr std::array omissions{"equal-channels", "black-channels", "dark-lights",       "clipping",
                                "unread-texels",  "idle-layers",    "light-map-redraws", "pyramids"};
 
+constexpr double irradiance_limit = 1e30;  // sums of products with it stay in float32
+
 /// Distinct scattering channels in an order that doesn't depend on which colour has them.
 void plan_media(Plan& plan, const Scene& scene, const Settings& settings) {
   const Material& m = scene.material;
@@ -82,7 +84,8 @@ void warn_of_scale(Plan& plan, const Scene& scene) {
   if (shortest < 1e-3 * diameter)
     plan.warnings.push_back(
         fmt::format("mean free path of {:.3g} mm is short for an object of {:.3g} mm: it looks nearly opaque, and "
-                    "a light-map texel is coarser than the path; use a smaller size or a thinner material",
+                    "samples of a light map miss most of its light, so that the picture is too dark without the "
+                    "estimate knowing; use a larger --light-map-size, a smaller size or a thinner material",
                     shortest, diameter));
 }
 
@@ -118,6 +121,34 @@ void plan_lights(Plan& plan, const Scene& scene, const Settings& settings) {
   }
   std::sort(remainders.begin(), remainders.end());
   for (std::size_t i = 0; given < half; ++i, ++given) ++plan.lights[remainders[i % remainders.size()].second].samples;
+}
+
+/// Refuses what no picture can be made of; a scene file's reader says where, an embedder has only this.
+void check_scene(const Scene& scene) {
+  const auto fail = [](const std::string& what) { throw Error(ErrorKind::input, what); };
+  const auto finite = [](glm::dvec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
+  if (scene.mesh.triangles.empty()) fail("the mesh has no triangle with area; check the file");
+  for (std::size_t i = 0; i < scene.mesh.positions.size(); ++i)
+    if (!finite(scene.mesh.positions[i])) fail(fmt::format("vertex {} of the mesh is not finite; check the file", i));
+  const auto side = [](glm::uint pixels) { return pixels >= 1 && pixels <= largest_film_side; };
+  if (!side(scene.film.x) || !side(scene.film.y))
+    fail(fmt::format("film of {} x {} pixels; give sides from 1 to {}", scene.film.x, scene.film.y, largest_film_side));
+  for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
+    const Camera& c = scene.cameras[i];
+    if (!finite(c.eye) || !finite(c.target) || !finite(c.up))
+      fail(fmt::format("camera {}: a coordinate is not finite; give numbers", i + 1));
+    if (!(c.fov > 0 && c.fov < 180))
+      fail(fmt::format("camera {}: fov is {} degrees; give an angle above 0 and below 180", i + 1, c.fov));
+  }
+  for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    const DirectionalLight& l = scene.lights[i];
+    if (!finite(l.towards) || !(glm::length(l.towards) > 0))
+      fail(fmt::format("light {}: 'towards' has no direction; give a vector with a length", i + 1));
+    for (int c = 0; c < 3; ++c)
+      if (!(l.irradiance[c] >= 0 && l.irradiance[c] <= irradiance_limit))
+        fail(fmt::format("light {}: irradiance is {} in channel {}; give a number from 0 to {}", i + 1, l.irradiance[c],
+                         "RGB"[c], irradiance_limit));
+  }
 }
 
 void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const DeviceInfo& device) {
@@ -173,7 +204,7 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
       throw Error(ErrorKind::usage,
                   fmt::format("--keep {}: nothing of that name is ever left out; choose all or one of {}", name,
                               fmt::join(omissions, ", ")));
-  if (scene.mesh.triangles.empty()) throw Error(ErrorKind::input, "the mesh has no triangle with area; check the file");
+  check_scene(scene);
   if (std::uint64_t{settings.frames} * settings.samples >= std::uint64_t{1} << 32)
     throw Error(ErrorKind::usage, "--frames times --samples must stay below 2^32, where sample numbers end; lower one");
   Plan plan;
@@ -188,7 +219,7 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
 
   plan.clipping = kept(settings, "clipping");
   for (const Camera& camera : scene.cameras)
-    plan.clipping = plan.clipping || needs_clipping(pinhole_view(camera, plan.space, scene.film));
+    if (needs_clipping(pinhole_view(camera, plan.space, scene.film))) plan.clipping = true;
   plan.slots = plan.clipping ? 6 : 1;
   if (!plan.clipping)
     plan.left_out.push_back({"clipping", "the object lies inside every camera's near plane and guard band", "bytes",

@@ -5,66 +5,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
-#include "estimate.hpp"
-#include "passes.hpp"
+#include "renderer_state.hpp"
+#include "self_test.hpp"
 #include "visibility.hpp"
 
 namespace parian {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-constexpr std::uint32_t subpixel_positions = 64;  // of an image that is written
-constexpr std::uint32_t redraw_samples = 64;      // per texel and half between two shifts of the light map
-constexpr std::uint32_t coarsest_level = 6;       // more blur than 64 texels shows nothing
-
-/// Adds the wall time of its own life to a counter.
-class Timer {
- public:
-  explicit Timer(double& seconds) : seconds_(seconds), start_(Clock::now()) {}
-  ~Timer() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
-  Timer(const Timer&) = delete;
-  Timer& operator=(const Timer&) = delete;
-
- private:
-  double& seconds_;
-  Clock::time_point start_;
-};
+constexpr std::uint32_t coarsest_level = 6;  // more blur than 64 texels shows nothing
 
 }  // namespace
-
-struct Renderer::State {
-  State(const Scene& s, const Settings& set, const std::string& selector)
-      : scene(s), settings(set), compute(selector), plan(make_plan(s, set, compute.info())), passes(compute, plan) {}
-
-  Scene scene;
-  Settings settings;
-  Compute compute;
-  Plan plan;
-  Passes passes;
-  std::vector<kernels::View> cameras;
-  std::vector<glm::dvec3> points;  // the mesh's positions in object units
-  Statistics statistics;
-  std::uint32_t frame = 0, epoch = 0;
-  std::uint32_t level = 0;  // of the pyramids, as shown by the last estimate
-  bool first_estimate = true;
-
-  std::uint64_t fallback_pixels = 0;  // of the last gather
-  double direct_evaluations = 0.0;    // at pixels that no layer sees
-  std::uint32_t redraws = 0;          // of the light maps, after the first
-  std::uint32_t unbuilt = 0;          // pyramid levels that nothing read
-
-  void prepare();
-  void plan_layers();
-  void allocate_film();
-  void leave_out(const std::string& what, const std::string& why, const std::string& unit, double count);
-  [[nodiscard]] std::uint32_t samples_per_frame() const;
-  [[nodiscard]] std::uint32_t positions_of_estimate(std::size_t camera) const;
-  std::vector<Halves> gather_halves(std::size_t camera, const std::vector<cl_uint>& levels, std::uint32_t positions);
-};
 
 void Renderer::State::prepare() {
   {
@@ -73,6 +25,7 @@ void Renderer::State::prepare() {
   }
   with_device_errors(compute.info(), [&] {
     Timer timer(statistics.seconds.plan);
+    for (auto& doubt : require_sound(compute, settings, plan.lanes)) plan.warnings.push_back(doubt);
     passes.seed = settings.seed;
     for (const glm::dvec3& x : scene.mesh.positions) points.push_back((x - plan.space.centre) / plan.space.radius);
     for (const Camera& camera : scene.cameras) cameras.push_back(pinhole_view(camera, plan.space, scene.film));
@@ -85,7 +38,6 @@ void Renderer::State::prepare() {
     plan_layers();
     compute.finish();
   });
-  statistics.warnings = plan.warnings;
 }
 
 void Renderer::State::allocate_film() {
@@ -96,17 +48,6 @@ void Renderer::State::allocate_film() {
   f.direct = compute.buffer<cl_uint>(pixels);
   f.n_direct = compute.buffer<cl_uint>(1);
   f.sums = compute.buffer<kernels::float4>(pixels * 2 * (plan.pyramids ? 3 : 1));
-}
-
-void Renderer::State::leave_out(const std::string& what, const std::string& why, const std::string& unit,
-                                double count) {
-  if (count > 0.0) plan.left_out.push_back({what, why, unit, count, false});
-}
-
-std::uint32_t Renderer::State::samples_per_frame() const {
-  std::uint32_t samples = 0;
-  for (const PlannedLight& light : plan.lights) samples += 2 * light.samples;
-  return samples;
 }
 
 /// One subpixel position tells a pixel's error where texels are larger than pixels; elsewhere about one per texel does.
@@ -169,41 +110,6 @@ Renderer::Renderer(const Scene& scene, const Settings& settings, const std::stri
 
 Renderer::~Renderer() = default;
 
-std::vector<std::string> Renderer::explanation() const {
-  const State& s = *state_;
-  const Statistics& t = statistics();
-  std::vector<std::string> lines;
-  lines.push_back(
-      fmt::format("device    {} ({}), {} lanes", s.compute.info().name, s.compute.info().platform, s.plan.lanes));
-  lines.push_back(fmt::format("mesh      {} triangles", s.scene.mesh.triangles.size()));
-  lines.push_back(fmt::format("material  {}: {} distinct scattering channel{}", s.scene.material.name,
-                              s.plan.channels(), s.plan.channels() == 1 ? "" : "s"));
-  lines.push_back(
-      fmt::format("pass 1    {} light{}, two maps of {} x {} each, {}", s.plan.lights.size(),
-                  s.plan.lights.size() == 1 ? "" : "s", s.settings.light_map_size, s.settings.light_map_size,
-                  s.settings.light_map_shift ? fmt::format("redrawn every {} samples", redraw_samples) : "drawn once"));
-  lines.push_back(
-      fmt::format("pass 2    {} layers of {} x {}, {} texels read of {} covered, {} samples each a frame; "
-                  "{:.2f} % of the visible surface covered",
-                  t.layers_count, t.layers_size, t.layers_size, t.layers_texels_evaluated, t.layers_texels,
-                  s.samples_per_frame(), 100.0 * t.layers_covered));
-  lines.push_back(s.plan.pyramids ? fmt::format("pass 3    {} levels", s.passes.layers.levels - 1) : "pass 3    none");
-  lines.push_back(fmt::format("pass 4    {} view{} of {} x {}, {} subpixel positions", s.cameras.size(),
-                              s.cameras.size() == 1 ? "" : "s", s.scene.film.x, s.scene.film.y, subpixel_positions));
-  lines.push_back(fmt::format("memory    {:.0f} MiB so far, {:.0f} MiB at most",
-                              static_cast<double>(t.bytes_peak) / 1048576.0,
-                              static_cast<double>(s.plan.bytes) / 1048576.0));
-  lines.push_back("options   " + s.plan.options);
-  for (const Omission& o : s.plan.left_out)
-    lines.push_back(fmt::format("left out  {}: {}; saves {:.0f} {}{}", o.what, o.why, o.count, o.unit,
-                                o.unit == "evaluations" ? " a frame" : ""));
-  for (const auto& [what, why] : {std::pair("light-map-redraws", "maps are redrawn only when a shift is due"),
-                                  std::pair("pyramids", "levels are built only while the image reads them")})
-    if (!kept(s.settings, what))
-      lines.push_back(fmt::format("left out  {}: {}; saving counted while rendering", what, why));
-  return lines;
-}
-
 void Renderer::frame() {
   State& s = *state_;
   with_device_errors(s.compute.info(), [&] {
@@ -265,7 +171,7 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
         const glm::ivec2 s = subpixel_position(i, 0);
         w.sample_x = s.x;
         w.sample_y = s.y;
-        gather(passes, view, w, levels, 1.0F / static_cast<float>(frame), i * rounds, rounds);
+        gather(passes, view, w, levels, 1.0F / static_cast<float>(frame), i * rounds, rounds, Stage::gather);
         direct += compute.read<cl_uint>(passes.film.n_direct, 1)[0];
       }
       compute.finish();
@@ -338,6 +244,8 @@ Image Renderer::image(std::size_t camera) {
     s.statistics.fallback_pixels = s.fallback_pixels + (camera == 0 ? 0 : s.statistics.fallback_pixels);
     const Halves& h = coarse < fine ? halves.front() : halves.back();
     Image image{s.scene.film.x, s.scene.film.y, {}, std::min(coarse, fine), {}};
+    if (s.settings.gather != Gather::camera)
+      s.statistics.estimated_bias_relmse = std::max(s.statistics.estimated_bias_relmse, s.bias_relmse(camera, h));
     s.statistics.estimated_relmse =
         camera == 0 ? image.estimated_relmse : std::max(s.statistics.estimated_relmse, image.estimated_relmse);
     image.rgba.reserve(h.alpha.size() * 4);
@@ -352,44 +260,8 @@ Image Renderer::image(std::size_t camera) {
       }
       image.rgba.push_back(h.alpha[i]);
     }
-    if (s.statistics.nonfinite > 0 && s.statistics.warnings.size() == s.plan.warnings.size())
-      s.statistics.warnings.push_back(
-          "some values were not finite or negative and were set to 0: the device or its driver computes wrongly");
     return image;
   });
-}
-
-const Statistics& Renderer::statistics() const {
-  State& s = *state_;
-  Statistics& t = s.statistics;
-  t.frames = s.frame;
-  const double per_texel = static_cast<double>(s.samples_per_frame()) * s.frame;
-  t.evaluations = static_cast<double>(t.layers_texels_evaluated) * per_texel * s.plan.channels() + s.direct_evaluations;
-  t.left_out = s.plan.left_out;
-  for (Omission& o : t.left_out) {
-    if (o.what == "equal-channels" || o.what == "black-channels")
-      o.count = t.evaluations / s.plan.channels();
-    else if (o.unit == "evaluations")
-      o.count *= s.frame;
-  }
-  const std::uint32_t redraw_launches = static_cast<std::uint32_t>(s.plan.lights.size()) * (1 + 2 * 5);
-  if (s.frame > s.redraws + 1)
-    t.left_out.push_back({"light-map-redraws", "maps are redrawn only when a shift is due", "launches",
-                          static_cast<double>(s.frame - 1 - s.redraws) * redraw_launches, false});
-  if (s.unbuilt > 0)
-    t.left_out.push_back({"pyramids", "no pixel reads levels coarser than the one shown", "launches",
-                          static_cast<double>(s.unbuilt), false});
-  t.bytes_peak = s.compute.bytes_peak();
-  t.kernel_seconds = {};
-  for (const auto& [stage, seconds] : s.compute.kernel_seconds()) {
-    if (stage == Stage::plan) t.kernel_seconds.plan = seconds;
-    if (stage == Stage::light_map) t.kernel_seconds.light_map = seconds;
-    if (stage == Stage::layers) t.kernel_seconds.layers = seconds;
-    if (stage == Stage::pyramids) t.kernel_seconds.pyramids = seconds;
-    if (stage == Stage::gather) t.kernel_seconds.gather = seconds;
-    t.kernel_seconds.total += seconds;
-  }
-  return t;
 }
 
 const DeviceInfo& Renderer::device() const { return state_->compute.info(); }

@@ -34,6 +34,9 @@ struct Camera {
   double fov = 30.0;
 };
 
+/// Largest side of the film, in pixels.
+inline constexpr std::uint32_t largest_film_side = 16384;
+
 struct Scene {
   Mesh mesh;  ///< world space, mm
   Material material;
@@ -63,7 +66,7 @@ struct Settings {
   bool pyramids = true;
   std::uint32_t seed = 0;
   std::set<std::string> keep;  ///< names of omissions that are forced off, or "all"
-  bool force = false;          ///< try although the device's memory seems too small
+  bool force = false;          ///< try although the device's memory seems too small or its self-test fails
 };
 
 /// A linear image, RGBA premultiplied, row by row from the top left.
@@ -73,7 +76,7 @@ struct Image {
   std::vector<float> rgba;
   double estimated_relmse = -1.0;  ///< negative: not known
   /// Standard error of the RGB values, three per pixel; empty: not known, as for every picture the passes make.
-  std::vector<float> standard_error;
+  std::vector<float> standard_error{};
 };
 
 /// One thing the plan left out: what, why, and what that saved.
@@ -87,7 +90,8 @@ struct Omission {
 
 /// Wall or kernel seconds, by stage.
 struct Seconds {
-  double load = 0, plan = 0, compile = 0, light_map = 0, layers = 0, pyramids = 0, gather = 0, read = 0, total = 0;
+  double load = 0, plan = 0, compile = 0, light_map = 0, layers = 0, pyramids = 0, gather = 0, bias = 0, read = 0;
+  double total = 0;
 };
 
 /// What a render says of itself; the keys of --stats.
@@ -95,7 +99,7 @@ struct Statistics {
   std::uint32_t frames = 0;
   std::string stopped_by;               ///< "error", "frames", "time" or "interrupt"
   double estimated_relmse = -1.0;       ///< negative: not known
-  double estimated_bias_relmse = -1.0;  ///< negative: not known
+  double estimated_bias_relmse = -1.0;  ///< of looking light up in layers; negative: not known
   double evaluations = 0.0;
   Seconds seconds;
   Seconds kernel_seconds;

@@ -10,7 +10,7 @@ namespace parian {
 namespace {
 
 constexpr std::uint32_t candidate_directions = 64;  // for the layers, beside the evenly spread ones
-constexpr std::uint32_t candidate_size = 256;       // of their films
+constexpr std::uint32_t candidate_size = 512;       // of their films
 constexpr std::size_t surface_samples = 16384;      // points on which the choice rests
 constexpr float seen_cosine = 0.1F;                 // more edge-on than that counts as unseen
 

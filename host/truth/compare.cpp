@@ -21,11 +21,11 @@ struct Common {
 };
 
 void check_finite(const Image& image, const char* name) {
-  for (const float v : image.rgba)
-    if (!std::isfinite(v)) {
-      throw Error(ErrorKind::input,
-                  fmt::format("{} has a value that isn't finite; make it again, or leave out that pixel", name));
-    }
+  for (const auto* values : {&image.rgba, &image.standard_error})
+    for (const float v : *values)
+      if (!std::isfinite(v)) {
+        throw Error(ErrorKind::input, fmt::format("{} has a value that isn't finite; make the picture again", name));
+      }
 }
 
 Common common_pixels(const Image& picture, const Image& reference) {

@@ -20,9 +20,8 @@
 namespace parian {
 namespace {
 
-constexpr std::uint32_t samples_per_batch = 4;  // camera rays per pixel
-constexpr std::uint32_t entries_per_exit = 32;  // divided between the lights
-constexpr float covered = 0.999F;               // alpha from which a pixel counts for its own relMSE
+constexpr std::uint32_t least_entries = 4;  // per light and point of exit
+constexpr float covered = 0.999F;           // alpha from which a pixel counts for its own relMSE
 
 kernels::real3 to_real3(glm::dvec3 v) { return {v.x, v.y, v.z}; }
 
@@ -33,8 +32,8 @@ struct Light {
 /// The scene in object units, prepared for all batches.
 class Transport {
  public:
-  Transport(const Scene& scene, Model model, std::uint32_t threads)
-      : model_(model),
+  Transport(const Scene& scene, const ReferenceSettings& settings)
+      : model_(settings.model),
         space_(object_space(scene.mesh.positions)),
         view_(pinhole_view(scene.cameras.at(0), space_, scene.film)),
         boundary_(exact_boundary(scene.material.ior)),
@@ -42,7 +41,7 @@ class Transport {
     for (int c = 0; c < 3; ++c) {
       const auto constants = channel_constants(scene.material.sigma_s[c], scene.material.sigma_a[c],
                                                scene.material.g[c], scene.material.ior);
-      const kernels::ExactMedium medium = exact_medium(constants, model, space_.radius);
+      const kernels::ExactMedium medium = exact_medium(constants, model_, space_.radius);
       medium_of_[c] = no_medium;
       if (medium.scale == 0) continue;  // the channel is black
       for (medium_of_[c] = 0; medium_of_[c] < media_.size(); ++medium_of_[c])
@@ -55,7 +54,9 @@ class Transport {
       lights_.push_back({glm::normalize(light.towards), light.irradiance});
       directions.push_back(lights_.back().towards);
     }
-    if (!media_.empty() && !lights_.empty()) entries_.emplace(surface_, media_, directions, threads);
+    if (media_.empty() || lights_.empty()) return;
+    entries_.emplace(surface_, media_, directions, settings.threads);
+    entries_per_light_ = std::max(least_entries, settings.entries / static_cast<std::uint32_t>(lights_.size()));
   }
 
   /// One batch's RGBA of a pixel.
@@ -107,10 +108,9 @@ class Transport {
     glm::dvec3 radiance(0.0);
     if (!entries_) return radiance;
     entries_->cut(x_o, scratch.cut);
-    const std::uint32_t count = std::max(4U, entries_per_exit / static_cast<std::uint32_t>(lights_.size()));
     for (std::size_t l = 0; l < lights_.size(); ++l) {
       const Light& light = lights_[l];
-      entries_->draw(scratch.cut, l, count, random, scratch.places);
+      entries_->draw(scratch.cut, l, entries_per_light_, random, scratch.places);
       std::array<double, 4> sum{};  // by medium; the last stays 0, for channels without one
       for (const EntryPlace& entry : scratch.places) {
         const SurfacePoint i = surface_.at(entry.place, light.towards);
@@ -123,8 +123,8 @@ class Transport {
         const double factor = T12 * cosine / entry.density;
         for (std::size_t m = 0; m < media_.size(); ++m) sum[m] += factor * S_d(media_[m], geometry);
       }
-      const glm::dvec3 mean = glm::dvec3(sum[medium_of_[0]], sum[medium_of_[1]], sum[medium_of_[2]]) / double(count);
-      radiance += light.irradiance * mean;
+      radiance += light.irradiance * glm::dvec3(sum[medium_of_[0]], sum[medium_of_[1]], sum[medium_of_[2]]) /
+                  double(entries_per_light_);
     }
     return radiance;
   }
@@ -150,6 +150,7 @@ class Transport {
   std::vector<Light> lights_;
   ReferenceSurface surface_;
   std::optional<ReferenceEntries> entries_;
+  std::uint32_t entries_per_light_ = 0;
 };
 
 /// Adds one batch to the running mean and sum of squares (Welford).
@@ -190,13 +191,13 @@ double own_relmse(const ReferenceState& state) {
 void render_reference(const Scene& scene, const ReferenceSettings& settings, ReferenceState& state,
                       const std::function<bool(std::uint32_t, double)>& progress) {
   validate(scene.material, "material");
-  const Transport transport(scene, settings.model, settings.threads);
+  const Transport transport(scene, settings);
   const std::size_t pixels = std::size_t{scene.film.x} * scene.film.y;
   if (state.batches == 0) {
     state = {scene.film.x,
              scene.film.y,
              0,
-             samples_per_batch,
+             settings.samples,
              std::vector<double>(4 * pixels, 0.0),
              std::vector<double>(3 * pixels, 0.0)};
   }

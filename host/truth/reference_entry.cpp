@@ -18,10 +18,10 @@ constexpr std::size_t piece_budget = 1 << 19;  // beyond it, edges may be longer
 constexpr double rays_per_piece = 16;
 constexpr double least_rays = 1 << 18, most_rays = 1 << 24;  // over all lights
 constexpr double unlit_share = 0.1;                          // of draws that go to pieces which no ray found lit
-constexpr double largest_excess = 0.01;  // a node is split if what it adds to the second moment may be above this
-constexpr double flat = 1.5;             // largest ratio of g within a node around the point of exit
-constexpr double power = 1.1;        // measured: beyond one mean free path S_d exp(sigma_tr d) falls as d^-2 to d^-2.3
-constexpr int steps_per_octave = 5;  // of g over distance squared, as a power of 2
+constexpr double largest_excess = 1;  // a node is split if what it adds to the second moment may be above this
+constexpr double flat = 1.5;          // largest ratio of g within a node around the point of exit
+constexpr double power = 1;           // g falls as d^-2: beyond a mean free path S_d exp(sigma_tr d) does to d^-2.3
+constexpr int steps_per_octave = 5;   // of g over distance squared, as a power of 2
 constexpr int octaves_below = 64, octaves = 68;  // 2^-64 to 2^4
 
 double squared_length(glm::dvec3 v) { return glm::dot(v, v); }

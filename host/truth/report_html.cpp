@@ -138,9 +138,10 @@ std::string costs(const Report& r) {
   std::string html = "<h2>What is counted</h2>\n";
   html += paragraph(
       "The time at a checkpoint is that of all frames so far (samples, and light maps drawn again) and of one gather: "
-      "the checkpoint’s own, with 64 positions per pixel, reading back and, with pyramids, building them and choosing "
+      "the checkpoint’s own, with 64 positions per pixel, reading back and, with pyramids, building them and "
+      "choosing "
       "the level. The first choice of a level tries them all, and stays counted. Gathers for earlier checkpoints, "
-      "comparing, loading and writing are not counted; neither are set-up "
+      "comparing, estimating the bias, loading and writing are not counted; neither are set-up "
       "and compiling, which are told here. Seeds take turns, so that a busy spell hits all configurations alike.");
   html += cost_table(r);
   return html + paragraph(

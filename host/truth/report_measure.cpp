@@ -42,11 +42,11 @@ class Meter {
   /// Times the gather of a checkpoint, which then is the checkpoint's alone.
   template <class F>
   Checkpoint gather(F&& work) {
-    const double kernel_before = kernel(), evaluations_before = evaluations(), start = now();
+    const double kernel_before = kernel(), evaluations_before = evaluations(), start = now() - bias();
     work();
     Checkpoint point;
     point.frames = renderer_.frames();
-    point.seconds = seconds_ + now() - start;
+    point.seconds = seconds_ + (now() - bias() - start);
     if (kernel() > 0) point.kernel_seconds = kernel() - kernel_;
     point.evaluations = evaluations() - evaluations_;
     kernel_ += kernel() - kernel_before;
@@ -56,7 +56,12 @@ class Meter {
   [[nodiscard]] double seconds() const { return seconds_; }
 
  private:
-  [[nodiscard]] double kernel() const { return renderer_.statistics().kernel_seconds.total; }
+  /// The renderer's estimate of its bias is no part of rendering.
+  [[nodiscard]] double bias() const { return renderer_.statistics().seconds.bias; }
+  [[nodiscard]] double kernel() const {
+    const Seconds& s = renderer_.statistics().kernel_seconds;
+    return s.total - s.bias;
+  }
   [[nodiscard]] double evaluations() const { return renderer_.statistics().evaluations; }
 
   const Renderer& renderer_;
@@ -211,6 +216,7 @@ Report measure(const Scene& whole, const Settings& given, const std::string& sel
   Settings defaults = given;
   defaults.estimator = Estimator::automatic;
   defaults.pyramids = true;
+  defaults.error = 0;  // the bias is measured here, so nothing has to warn of it
 
   Report report;
   const auto load_before = load_averages();

@@ -1,0 +1,73 @@
+// How far the layers are from pass 2 at the pixels' own points: the error that more samples don't remove.
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "renderer_state.hpp"
+#include "visibility.hpp"
+
+namespace parian {
+namespace {
+
+constexpr std::size_t chosen_pixels = 1024;
+constexpr std::uint32_t positions = 8;          // subpixel positions that both sides are compared at
+constexpr std::uint32_t direct_samples = 2048;  // of each half, over all positions: noise well below usual targets
+
+/// Some covered pixels at random, each once, in ascending order.
+std::vector<std::size_t> choose_pixels(const Halves& image, std::uint32_t seed) {
+  std::vector<std::size_t> covered;
+  for (std::size_t i = 0; i < image.alpha.size(); ++i)
+    if (image.alpha[i] >= 0.999F) covered.push_back(i);
+  std::mt19937 random(seed);
+  const std::size_t n = std::min(chosen_pixels, covered.size());
+  for (std::size_t i = 0; i < n; ++i) std::swap(covered[i], covered[i + random() % (covered.size() - i)]);
+  covered.resize(n);
+  std::sort(covered.begin(), covered.end());
+  return covered;
+}
+
+}  // namespace
+
+double Renderer::State::bias_relmse(std::size_t camera, const Halves& image) {
+  const Timer timer(statistics.seconds.bias);
+  const kernels::View& view = cameras[camera];
+  PixelDifferences d;
+  d.pixels = choose_pixels(image, settings.seed);
+  if (d.pixels.empty()) return -1.0;
+  d.a.resize(d.pixels.size());
+  d.b.resize(d.pixels.size());
+  const std::uint32_t samples = std::max(samples_per_frame() / 2, 1U);
+  const std::uint32_t rounds = (direct_samples + samples * positions - 1) / (samples * positions);
+  setup_view(passes, view, Stage::bias);
+  for (kernels::Window w : tiles(scene.film)) {
+    std::vector<std::size_t> inside;  // of d.pixels
+    std::vector<cl_uint> in_window;
+    for (std::size_t i = 0; i < d.pixels.size(); ++i) {
+      const std::size_t x = d.pixels[i] % scene.film.x - w.x, y = d.pixels[i] / scene.film.x - w.y;
+      if (x >= w.width || y >= w.height) continue;
+      inside.push_back(i);
+      in_window.push_back(static_cast<cl_uint>(y * w.width + x));
+    }
+    if (inside.empty()) continue;
+    const std::size_t pixels = std::size_t{w.width} * w.height;
+    compute.fill(passes.film.sums, 0, pixels * 8);
+    for (std::uint32_t i = 0; i < positions; ++i) {
+      const glm::ivec2 s = subpixel_position(i, 0);
+      w.sample_x = s.x;
+      w.sample_y = s.y;
+      gather(passes, view, w, {0}, 1.0F / static_cast<float>(frame), i * rounds, rounds, Stage::bias);
+      subtract_direct(passes, view, w, in_window, i * rounds, rounds, Stage::bias);
+    }
+    const std::vector<kernels::float4> sums = compute.read<kernels::float4>(passes.film.sums, pixels * 2);
+    for (std::size_t i = 0; i < inside.size(); ++i) {
+      const kernels::float4 a = sums[2 * in_window[i]], b = sums[2 * in_window[i] + 1];
+      d.a[inside[i]] = glm::vec3(a.x, a.y, a.z) / static_cast<float>(positions);
+      d.b[inside[i]] = glm::vec3(b.x, b.y, b.z) / static_cast<float>(positions);
+    }
+  }
+  compute.finish();
+  direct_evaluations += static_cast<double>(d.pixels.size()) * 2.0 * positions * rounds * samples * plan.channels();
+  return estimated_bias_relmse(image, d);
+}
+
+}  // namespace parian

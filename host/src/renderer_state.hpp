@@ -1,0 +1,63 @@
+// What a renderer holds between calls; shared by the files that implement it.
+#pragma once
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "estimate.hpp"
+#include "passes.hpp"
+#include "renderer.hpp"
+
+namespace parian {
+
+inline constexpr std::uint32_t subpixel_positions = 64;  // of an image that is written
+inline constexpr std::uint32_t redraw_samples = 64;      // per texel and half between two shifts of the light map
+
+/// Adds the wall time of its own life to a counter.
+class Timer {
+  using Clock = std::chrono::steady_clock;
+
+ public:
+  explicit Timer(double& seconds) : seconds_(seconds), start_(Clock::now()) {}
+  ~Timer() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+  Timer(const Timer&) = delete;
+  Timer& operator=(const Timer&) = delete;
+
+ private:
+  double& seconds_;
+  Clock::time_point start_;
+};
+
+struct Renderer::State {
+  State(const Scene& s, const Settings& set, const std::string& selector)
+      : scene(s), settings(set), compute(selector), plan(make_plan(s, set, compute.info())), passes(compute, plan) {}
+
+  Scene scene;
+  Settings settings;
+  Compute compute;
+  Plan plan;
+  Passes passes;
+  std::vector<kernels::View> cameras;
+  std::vector<glm::dvec3> points;  // the mesh's positions in object units
+  Statistics statistics;
+  std::uint32_t frame = 0, epoch = 0;
+  std::uint32_t level = 0;  // of the pyramids, as shown by the last estimate
+  bool first_estimate = true;
+
+  std::uint64_t fallback_pixels = 0;  // of the last gather
+  double direct_evaluations = 0.0;    // at pixels themselves
+  std::uint32_t redraws = 0;          // of the light maps, after the first
+  std::uint32_t unbuilt = 0;          // pyramid levels that nothing read
+
+  void prepare();
+  void plan_layers();
+  void allocate_film();
+  void leave_out(const std::string& what, const std::string& why, const std::string& unit, double count);
+  [[nodiscard]] std::uint32_t samples_per_frame() const;
+  [[nodiscard]] std::uint32_t positions_of_estimate(std::size_t camera) const;
+  /// Estimated relMSE of looking light up in layers, from some random pixels of the image whose halves these are.
+  double bias_relmse(std::size_t camera, const Halves& image);
+  std::vector<Halves> gather_halves(std::size_t camera, const std::vector<cl_uint>& levels, std::uint32_t positions);
+};
+
+}  // namespace parian

@@ -1,0 +1,112 @@
+// What a renderer says of itself: its plan as text, and its figures.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "renderer_state.hpp"
+
+namespace parian {
+
+namespace {
+
+constexpr double fall_of_bias = 7.0;  // of its relMSE when layers are doubled in size: the least of what was measured
+
+std::string bias_warning(double bias, const Settings& settings) {
+  const double doublings = std::ceil(std::log(bias / settings.error) / std::log(fall_of_bias));
+  return fmt::format(
+      "looking light up in layers adds a relMSE of about {:.2g}, above --error {:g}, that more frames don't remove; "
+      "--layer-size {:.0f} would",
+      bias, settings.error, settings.layer_size * std::exp2(doublings));
+}
+
+}  // namespace
+
+void Renderer::State::leave_out(const std::string& what, const std::string& why, const std::string& unit,
+                                double count) {
+  if (count > 0.0) plan.left_out.push_back({what, why, unit, count, false});
+}
+
+std::uint32_t Renderer::State::samples_per_frame() const {
+  std::uint32_t samples = 0;
+  for (const PlannedLight& light : plan.lights) samples += 2 * light.samples;
+  return samples;
+}
+
+std::vector<std::string> Renderer::explanation() const {
+  const State& s = *state_;
+  const Statistics& t = statistics();
+  std::vector<std::string> lines;
+  lines.push_back(
+      fmt::format("device    {} ({}), {} lanes", s.compute.info().name, s.compute.info().platform, s.plan.lanes));
+  lines.push_back(fmt::format("mesh      {} triangles", s.scene.mesh.triangles.size()));
+  lines.push_back(fmt::format("material  {}: {} distinct scattering channel{}", s.scene.material.name,
+                              s.plan.channels(), s.plan.channels() == 1 ? "" : "s"));
+  lines.push_back(
+      fmt::format("pass 1    {} light{}, two maps of {} x {} each, {}", s.plan.lights.size(),
+                  s.plan.lights.size() == 1 ? "" : "s", s.settings.light_map_size, s.settings.light_map_size,
+                  s.settings.light_map_shift ? fmt::format("redrawn every {} samples", redraw_samples) : "drawn once"));
+  lines.push_back(
+      fmt::format("pass 2    {} layers of {} x {}, {} texels read of {} covered, {} samples each a frame; "
+                  "{:.2f} % of the visible surface covered",
+                  t.layers_count, t.layers_size, t.layers_size, t.layers_texels_evaluated, t.layers_texels,
+                  s.samples_per_frame(), 100.0 * t.layers_covered));
+  lines.push_back(s.plan.pyramids ? fmt::format("pass 3    {} levels", s.passes.layers.levels - 1) : "pass 3    none");
+  lines.push_back(fmt::format("pass 4    {} view{} of {} x {}, {} subpixel positions", s.cameras.size(),
+                              s.cameras.size() == 1 ? "" : "s", s.scene.film.x, s.scene.film.y, subpixel_positions));
+  lines.push_back(fmt::format("memory    {:.0f} MiB so far, {:.0f} MiB at most",
+                              static_cast<double>(t.bytes_peak) / 1048576.0,
+                              static_cast<double>(s.plan.bytes) / 1048576.0));
+  lines.push_back("options   " + s.plan.options);
+  for (const Omission& o : s.plan.left_out)
+    lines.push_back(fmt::format("left out  {}: {}; saves {:.0f} {}{}", o.what, o.why, o.count, o.unit,
+                                o.unit == "evaluations" ? " a frame" : ""));
+  for (const auto& [what, why] : {std::pair("light-map-redraws", "maps are redrawn only when a shift is due"),
+                                  std::pair("pyramids", "levels are built only while the image reads them")})
+    if (!kept(s.settings, what))
+      lines.push_back(fmt::format("left out  {}: {}; saving counted while rendering", what, why));
+  return lines;
+}
+
+const Statistics& Renderer::statistics() const {
+  State& s = *state_;
+  Statistics& t = s.statistics;
+  t.frames = s.frame;
+  const double per_texel = static_cast<double>(s.samples_per_frame()) * s.frame;
+  t.evaluations = static_cast<double>(t.layers_texels_evaluated) * per_texel * s.plan.channels() + s.direct_evaluations;
+  t.warnings = s.plan.warnings;
+  if (t.nonfinite > 0)
+    t.warnings.push_back(
+        "some values were not finite or negative and were set to 0: the device or its driver computes wrongly");
+  if (s.settings.error > 0 && t.estimated_bias_relmse > s.settings.error)
+    t.warnings.push_back(bias_warning(t.estimated_bias_relmse, s.settings));
+  t.left_out = s.plan.left_out;
+  for (Omission& o : t.left_out) {
+    if (o.what == "equal-channels" || o.what == "black-channels")
+      o.count = t.evaluations / s.plan.channels();
+    else if (o.unit == "evaluations")
+      o.count *= s.frame;
+  }
+  const std::uint32_t redraw_launches = static_cast<std::uint32_t>(s.plan.lights.size()) * (1 + 2 * 5);
+  if (s.frame > s.redraws + 1)
+    t.left_out.push_back({"light-map-redraws", "maps are redrawn only when a shift is due", "launches",
+                          static_cast<double>(s.frame - 1 - s.redraws) * redraw_launches, false});
+  if (s.unbuilt > 0)
+    t.left_out.push_back({"pyramids", "no pixel reads levels coarser than the one shown", "launches",
+                          static_cast<double>(s.unbuilt), false});
+  t.bytes_peak = s.compute.bytes_peak();
+  t.kernel_seconds = {};
+  for (const auto& [stage, seconds] : s.compute.kernel_seconds()) {
+    if (stage == Stage::plan) t.kernel_seconds.plan = seconds;
+    if (stage == Stage::light_map) t.kernel_seconds.light_map = seconds;
+    if (stage == Stage::layers) t.kernel_seconds.layers = seconds;
+    if (stage == Stage::pyramids) t.kernel_seconds.pyramids = seconds;
+    if (stage == Stage::gather) t.kernel_seconds.gather = seconds;
+    if (stage == Stage::bias) t.kernel_seconds.bias = seconds;
+    t.kernel_seconds.total += seconds;
+  }
+  return t;
+}
+
+}  // namespace parian
