@@ -74,6 +74,7 @@ int run(int argc, char** argv) {
   parian::add_compare(app, chosen);
   parian::add_devices(app, chosen);
   parian::add_materials(app, chosen);
+  parian::add_report(app, chosen);
   parian::add_check(app, chosen);
   try {
     app.parse(argc, argv);

@@ -228,6 +228,23 @@ void check_output(const std::filesystem::path& path) {
   check_place(path);
 }
 
+std::vector<std::uint8_t> png_bytes(const Image& image, double stops) {
+  constexpr int channels = 4;
+  OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), channels, OIIO::TypeUInt8);
+  spec.attribute("oiio:ColorSpace", "sRGB");
+  spec.attribute("oiio:UnassociatedAlpha", 1);
+  spec.attribute("DateTime", date_time());
+  std::vector<unsigned char> bytes;
+  OIIO::Filesystem::IOVecOutput memory(bytes);
+  const auto output = writer_for("memory.png");
+  output->set_ioproxy(&memory);
+  const std::vector<std::uint8_t> pixels = tone_mapped(image, channels, stops);
+  if (!output->open("memory.png", spec) || !output->write_image(OIIO::TypeUInt8, pixels.data()) || !output->close()) {
+    fail("PNG", "could not be made: " + output->geterror(), "check the installation of OpenImageIO");
+  }
+  return bytes;
+}
+
 void write_image(const std::filesystem::path& path, const Image& image, const PictureNotes& notes,
                  const Exposure& exposure) {
   check_output(path);

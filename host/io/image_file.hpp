@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "render_options.hpp"
 #include "scene.hpp"
@@ -38,6 +39,9 @@ struct PictureNotes {
 
 /// Throws Error(output) when write_image would fail for sure: unknown extension, no such folder.
 void check_output(const std::filesystem::path& path);
+
+/// A PNG as write_image writes it, without notes. Throws Error(output).
+[[nodiscard]] std::vector<std::uint8_t> png_bytes(const Image& image, double stops);
 
 /// Writes a linear premultiplied image as the extension says, whole or not at all. Throws Error(output).
 /// `.exr` and other formats of floats: linear, premultiplied, and in `.exr` channels stderr.R, .G and .B if the
