@@ -40,8 +40,8 @@ ReferenceSettings parse_settings(const ReferenceOptions& options) {
 
 /// The output that can be continued.
 std::filesystem::path resumable(const ReferenceOptions& options) {
-  for (const std::filesystem::path output : options.outputs)
-    if (output.extension() == ".exr") return output;
+  for (const std::string& output : options.outputs)
+    if (std::filesystem::path(output).extension() == ".exr") return output;
   throw Error(ErrorKind::usage, "--resume: none of the outputs keeps the standard error; add -o FILE.exr");
 }
 

@@ -4,10 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <cmath>
-#include <cstring>
 
 #include "error.hpp"
 #include "kernels/bssrdf.h"
@@ -46,8 +44,15 @@ class Transport {
       const kernels::ExactMedium medium = exact_medium(constants, model_, space_.radius);
       medium_of_[c] = no_medium;
       if (medium.scale == 0) continue;  // the channel is black
-      for (medium_of_[c] = 0; medium_of_[c] < media_.size(); ++medium_of_[c])
-        if (std::memcmp(&media_[medium_of_[c]], &medium, sizeof medium) == 0) break;
+      // Channels with the same coefficients share one medium: the same doubles give the same constants.
+      const auto same = [&](int other) {
+        return scene.material.sigma_s[other] == scene.material.sigma_s[c] &&
+               scene.material.sigma_a[other] == scene.material.sigma_a[c] &&
+               scene.material.g[other] == scene.material.g[c];
+      };
+      medium_of_[c] = media_.size();
+      for (int other = 0; other < c; ++other)
+        if (same(other)) medium_of_[c] = medium_of_[other];
       if (medium_of_[c] == media_.size()) media_.push_back(medium);
     }
     std::vector<glm::dvec3> directions;

@@ -71,7 +71,7 @@ void ReferenceEntries::make_pieces() {
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     first_piece_.push_back(static_cast<std::uint32_t>(pieces_.size()));
     const glm::dvec3 a = x[triangles[t].x], b = x[triangles[t].y], c = x[triangles[t].z];
-    const double area = 0.5 * glm::length(glm::cross(b - a, c - a)) / (double{1} * grid_[t] * grid_[t]);
+    const double area = 0.5 * glm::length(glm::cross(b - a, c - a)) / (static_cast<double>(grid_[t]) * grid_[t]);
     for (std::uint32_t i = 0; i < grid_[t] * grid_[t]; ++i) {
       pieces_.push_back({t, i});
       areas_.push_back(area);
@@ -84,7 +84,8 @@ std::array<glm::dvec2, 3> ReferenceEntries::corners_of(const Piece& piece) const
   const std::uint32_t n = grid_[piece.triangle];
   std::uint32_t row = 0, left = piece.index;
   for (; left >= 2 * (n - row) - 1; ++row) left -= 2 * (n - row) - 1;
-  const double u = left / 2, v = row, s = 1.0 / n;
+  const std::uint32_t column = left / 2;
+  const double u = column, v = row, s = 1.0 / n;
   if (left % 2 == 0) return {glm::dvec2(u, v) * s, glm::dvec2(u + 1, v) * s, glm::dvec2(u, v + 1) * s};
   return {glm::dvec2(u + 1, v + 1) * s, glm::dvec2(u, v + 1) * s, glm::dvec2(u + 1, v) * s};
 }
