@@ -43,7 +43,9 @@ DensityTable density_table(const std::vector<kernels::Medium>& media, double dis
     sigma_t.push_back(m.sigma_t_prime);
   }
   std::nth_element(sigma_t.begin(), sigma_t.begin() + static_cast<std::ptrdiff_t>(sigma_t.size() / 2), sigma_t.end());
-  const double D = 1.0 / (3.0 * sigma_t[sigma_t.size() / 2]);
+  // The middle channel's D did best for measured materials; a far denser one would fall between the samples.
+  const double densest = *std::max_element(sigma_t.begin(), sigma_t.end());
+  const double D = 1.0 / (3.0 * std::max(sigma_t[sigma_t.size() / 2], 0.5 * densest));
   // The object's diameter is 2: farther than that nothing can be lit, and a wider density is as good as flat.
   const double h_min = std::min(1.5 * D, 2.0);
   const double rho_max =

@@ -1,6 +1,7 @@
 // Extreme cases of media: dense and clear, white and black, and coefficients that are none.
 #include <algorithm>
 
+#include "compare.hpp"
 #include "extreme_cases.hpp"
 #include "extreme_outcomes.hpp"
 
@@ -14,9 +15,12 @@ Finding channels_are_independent(Trial& trial) {
         .image;
   };
   Image picture = with_blue(1e4);
-  const Image& expected = trial.ordinary().image;  // samples are placed for the thinnest and the middle channel
+  const Image& expected = trial.ordinary().image;
   for (std::size_t i = 2; i < picture.rgba.size(); i += 4) picture.rgba[i] = expected.rgba[i];
-  return both(same_bits(picture, expected), trial.bssrdf(medium_of(2e4, 500)));
+  // Samples are placed for the densest channel too, so that the others keep their values but not their noise.
+  constexpr double noise = 0.02;
+  return both({compare(picture, expected).relmse, noise, "relMSE of the others to the ordinary picture"},
+              trial.bssrdf(medium_of(2e4, 500)));
 }
 
 /// More absorption is never brighter, from none over an albedo of 1 - 1e-7 to half.
@@ -70,7 +74,7 @@ void add_extreme_media(std::vector<ExtremeCase>& list) {
                   renders(medium_of(9.9e-7, 1e-8), "is long for an object", true)});
   list.push_back({k, "albedo 1 - 1e-7", "never brighter with more absorption", darkens_with_absorption});
   list.push_back({k, "albedo 1e-6", "S_d as in double, and a warning", renders(medium_of(1e-6, 1), "reduced albedo")});
-  list.push_back({k, "one channel 1e4 denser", "the others' bits don't change", channels_are_independent});
+  list.push_back({k, "one channel 1e4 denser", "the others don't change", channels_are_independent});
   for (const double ior : {1.0, 1 - 1e-6, 1 + 1e-6})
     list.push_back({k,
                     ior == 1  ? "ior 1"
