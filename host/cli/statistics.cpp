@@ -47,6 +47,7 @@ std::string statistics_json(const Statistics& statistics, const DeviceInfo& devi
   json["estimated_relmse"] = known(statistics.estimated_relmse);
   json["estimated_bias_relmse"] = known(statistics.estimated_bias_relmse);
   json["evaluations"] = statistics.evaluations;
+  json["bias_evaluations"] = statistics.bias_evaluations;
   json["seconds"] = stages(statistics.seconds);
   json["kernel_seconds"] = stages(statistics.kernel_seconds);
   for (const char* host_only : {"load", "compile", "read"}) json["kernel_seconds"].erase(host_only);

@@ -10,8 +10,7 @@ namespace parian {
 namespace {
 
 constexpr std::size_t chosen_pixels = 1024;
-constexpr std::uint32_t positions = 8;          // subpixel positions that both sides are compared at
-constexpr std::uint32_t direct_samples = 2048;  // of each half, over all positions: noise well below usual targets
+constexpr std::uint32_t positions = 8;  // subpixel positions that both sides are compared at
 
 /// Some covered pixels at random, each once, in ascending order.
 std::vector<std::size_t> choose_pixels(const Halves& image, std::uint32_t seed) {
@@ -36,8 +35,7 @@ double Renderer::State::bias_relmse(std::size_t camera, const Halves& image) {
   if (d.pixels.empty()) return -1.0;
   d.a.resize(d.pixels.size());
   d.b.resize(d.pixels.size());
-  const std::uint32_t samples = std::max(samples_per_frame() / 2, 1U);
-  const std::uint32_t rounds = (direct_samples + samples * positions - 1) / (samples * positions);
+  const std::uint32_t rounds = (frame + positions - 1) / positions;  // as many samples as a texel has had
   setup_view(passes, view, Stage::bias);
   for (kernels::Window w : tiles(scene.film)) {
     std::vector<std::size_t> inside;  // of d.pixels
@@ -66,7 +64,8 @@ double Renderer::State::bias_relmse(std::size_t camera, const Halves& image) {
     }
   }
   compute.finish();
-  direct_evaluations += static_cast<double>(d.pixels.size()) * 2.0 * positions * rounds * samples * plan.channels();
+  statistics.bias_evaluations +=
+      static_cast<double>(d.pixels.size()) * positions * rounds * samples_per_frame() * plan.channels();
   return estimated_bias_relmse(image, d);
 }
 

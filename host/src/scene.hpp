@@ -100,7 +100,8 @@ struct Statistics {
   std::string stopped_by;               ///< "error", "frames", "time" or "interrupt"
   double estimated_relmse = -1.0;       ///< negative: not known
   double estimated_bias_relmse = -1.0;  ///< of looking light up in layers; negative: not known
-  double evaluations = 0.0;
+  double evaluations = 0.0;             ///< of S_d, for the pictures
+  double bias_evaluations = 0.0;        ///< those that the bias was estimated from
   Seconds seconds;
   Seconds kernel_seconds;
   std::uint32_t layers_count = 0, layers_size = 0;
