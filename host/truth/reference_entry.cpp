@@ -16,6 +16,7 @@ namespace {
 constexpr double longest_edge = 1.0 / 24;      // of a piece, in object units, where the number of pieces allows it
 constexpr std::size_t piece_budget = 1 << 19;  // beyond it, edges may be longer
 constexpr double rays_per_piece = 16;
+constexpr std::uint32_t probes = 8;  // places tried on a piece that fewer rays than these are likely to meet
 constexpr double least_rays = 1 << 18, most_rays = 1 << 24;  // over all lights
 constexpr double unlit_share = 0.1;                          // of draws that go to pieces which no ray found lit
 constexpr double largest_excess = 1;  // a node is split if what it adds to the second moment may be above this
@@ -177,18 +178,37 @@ std::vector<std::uint32_t> ReferenceEntries::count_hits(glm::dvec3 towards, doub
   return {hits.begin(), hits.end()};
 }
 
+/// Of how many places spread over a piece light from `towards` is first to meet it.
+std::uint32_t ReferenceEntries::count_lit(std::uint32_t piece, glm::dvec3 towards) const {
+  const std::uint32_t triangle = pieces_[piece].triangle;
+  const auto [a, b, c] = points_of(triangle, corners_of(pieces_[piece]));
+  RandomStream random(0, 1, piece);
+  std::uint32_t lit = 0;
+  for (std::uint32_t i = 0; i < probes; ++i) {
+    const double s = std::sqrt((i + random()) / probes), v = random() * s;
+    lit += surface_.is_lit((1 - s) * a + (s - v) * b + v * c, triangle, towards);
+  }
+  return lit;
+}
+
 void ReferenceEntries::weigh(const std::vector<glm::dvec3>& lights, std::uint32_t threads) {
   weights_.assign(nodes_.size() * lights_ * 2, 0.0);
+  constexpr std::size_t chunk = 1024;
   for (std::size_t l = 0; l < lights_; ++l) {
     double cell = 0;
     const std::vector<std::uint32_t> hits = count_hits(lights[l], cell, threads);
-    for (std::uint32_t p = 0; p < pieces_.size(); ++p) {
-      const double cosine = std::abs(glm::dot(surface_.at({pieces_[p].triangle, 0, 0}, lights[l]).n_g, lights[l]));
-      const double projected = areas_[p] * cosine;
-      const double lit = std::min(1.0, (hits[p] + 0.5) / (projected / cell + 0.5));  // of the piece; half a ray's doubt
-      weight(p, l, hits[p] == 0) = projected * lit;
-    }
-    for (std::uint32_t n = static_cast<std::uint32_t>(pieces_.size()); n < nodes_.size(); ++n)
+    in_parallel((pieces_.size() + chunk - 1) / chunk, threads, [&](std::size_t k) {
+      const std::size_t end = std::min(pieces_.size(), (k + 1) * chunk);
+      for (auto p = static_cast<std::uint32_t>(k * chunk); p < end; ++p) {
+        const double cosine = std::abs(glm::dot(surface_.at({pieces_[p].triangle, 0, 0}, lights[l]).n_g, lights[l]));
+        const double projected = areas_[p] * cosine, expected = projected / cell;
+        // Where light grazes, few rays come by: places on the piece itself are tried instead.
+        const bool few = expected < probes;
+        const double tried = few ? probes : expected, met = few ? count_lit(p, lights[l]) : hits[p];
+        weight(p, l, met == 0) = projected * std::min(1.0, (met + 0.5) / (tried + 0.5));  // half a ray's doubt
+      }
+    });
+    for (auto n = static_cast<std::uint32_t>(pieces_.size()); n < nodes_.size(); ++n)
       for (const int unlit : {0, 1})
         weight(n, l, unlit) = weight(nodes_[n].left, l, unlit) + weight(nodes_[n].right, l, unlit);
   }

@@ -1,11 +1,11 @@
 // Where light may enter: places on the surface, drawn around a point of exit with a density that is known exactly.
 //
-// The surface is cut into pieces, those into a binary tree. A ray cast from each light says about how much of each
-// piece it lights. For a point of exit the tree is cut where S_d hardly varies any more within a node; near the point
-// triangles are halved on, as far as the dipole's peak demands. A node is drawn with probability (light that it takes)
-// x g_c(distance), where g_c has the near and far radii of channel c; channels, and pieces that the rays found lit or
-// not, are mixed by the balance heuristic. None of this touches what is estimated: densities are exact, every piece can
-// be drawn, and whether a place is lit is decided by a ray of its own.
+// The surface is cut into pieces, those into a binary tree. Rays cast from each light, and to it where light
+// grazes, say about how much of each piece is lit. For a point of exit the tree is cut where S_d hardly varies any more
+// within a node; near the point triangles are halved on, as far as the dipole's peak demands. A node is drawn with
+// probability (light that it takes) x g_c(distance), where g_c has the near and far radii of channel c; channels, and
+// pieces that the rays found lit or not, are mixed by the balance heuristic. None of this touches what is estimated:
+// densities are exact, every piece can be drawn, and whether a place is lit is decided by a ray of its own.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -73,6 +73,7 @@ class ReferenceEntries {
   void make_tree();
   void weigh(const std::vector<glm::dvec3>& lights, std::uint32_t threads);
   [[nodiscard]] std::vector<std::uint32_t> count_hits(glm::dvec3 towards, double& cell, std::uint32_t threads) const;
+  [[nodiscard]] std::uint32_t count_lit(std::uint32_t piece, glm::dvec3 towards) const;
   [[nodiscard]] const std::array<double, 3>& g_at(double distance_squared) const;
   void sum_mixture(EntryCut& cut) const;
   [[nodiscard]] Reach reach(const CutNode& n, glm::dvec3 x) const;
