@@ -213,6 +213,15 @@ void check_film(FilmBench& b, const Window& w, const std::vector<cl_uint>& level
   if (sum) sum->oblique += ways.oblique, sum->finer += ways.finer, sum->unseen += ways.unseen;
 }
 
+// A shift of d pixels errs by d times the relative gradient, which is up to 1 per pixel at lit rims.
+TEST(Gather, PositionsAreCentredInThePixel) {
+  for (const std::uint32_t count : {2U, 8U, 64U}) {
+    glm::ivec2 sum(0);
+    for (std::uint32_t i = 0; i < count; ++i) sum += subpixel_position(i, 0);
+    EXPECT_EQ(sum, glm::ivec2(128 * static_cast<int>(count))) << count;
+  }
+}
+
 TEST(Gather, AgreesWithALookUpInDouble) {
   for (const bool holes : {false, true}) {
     FilmBench b(even_directions(7), 41);
