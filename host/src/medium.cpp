@@ -252,4 +252,16 @@ Material find_material(const std::string& name) {
                                             name, others[0].second, others[1].second, others[2].second));
 }
 
+double exact_bssrdf(Model model, const kernels::ExactMedium& medium, const kernels::DipoleGeometry& geometry) {
+  switch (model) {
+    case Model::standard:
+      return kernels::standard_dipole(medium, geometry);
+    case Model::better:
+      return kernels::better_dipole(medium, geometry);
+    case Model::directional:
+      break;
+  }
+  return kernels::directional_dipole(medium, geometry);
+}
+
 }  // namespace parian

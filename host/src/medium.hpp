@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/bssrdf.h"
 #include "kernels/types.h"
 #include "scene.hpp"
 
@@ -42,6 +43,9 @@ void validate(const Material& material, const std::string& place);
 [[nodiscard]] kernels::ExactMedium exact_medium(const ChannelConstants& channel, Model model, double unit);
 [[nodiscard]] kernels::Medium device_medium(const ChannelConstants& channel, Model model, double unit);
 [[nodiscard]] kernels::ExactBoundary exact_boundary(double eta);
+/// bssrdf.h's S_d of a model in double, without Fresnel factors, in the inverse square of the unit of the geometry.
+[[nodiscard]] double exact_bssrdf(Model model, const kernels::ExactMedium& medium,
+                                  const kernels::DipoleGeometry& geometry);
 [[nodiscard]] kernels::Boundary boundary(double eta);
 
 /// A row of the table of measured materials that Parian ships.

@@ -109,15 +109,7 @@ double plane_S(const kernels::ExactMedium& medium, Model model, kernels::real3 w
   const kernels::real3 normal{0, 0, 1};
   const kernels::DipoleGeometry g =
       kernels::dipole_geometry({r * std::cos(phi), r * std::sin(phi), 0}, w12, normal, normal);
-  switch (model) {
-    case Model::standard:
-      return kernels::standard_dipole(medium, g);
-    case Model::better:
-      return kernels::better_dipole(medium, g);
-    case Model::directional:
-      break;
-  }
-  return kernels::directional_dipole(medium, g);
+  return exact_bssrdf(model, medium, g);
 }
 
 }  // namespace

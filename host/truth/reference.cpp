@@ -161,24 +161,12 @@ class Transport {
         const kernels::DipoleGeometry geometry = kernels::dipole_geometry(
             to_real3(x_o - i.x), kernels::refract_into(w_i, n_i, boundary_), n_i, to_real3(n_o));
         const double factor = T12 * cosine / entry.density;
-        for (std::size_t m = 0; m < media_.size(); ++m) sum[m] += factor * S_d(media_[m], geometry);
+        for (std::size_t m = 0; m < media_.size(); ++m) sum[m] += factor * exact_bssrdf(model_, media_[m], geometry);
       }
       radiance += light.irradiance * glm::dvec3(sum[medium_of_[0]], sum[medium_of_[1]], sum[medium_of_[2]]) /
                   double(entries_per_light_);
     }
     return radiance;
-  }
-
-  [[nodiscard]] double S_d(const kernels::ExactMedium& medium, const kernels::DipoleGeometry& geometry) const {
-    switch (model_) {
-      case Model::standard:
-        return kernels::standard_dipole(medium, geometry);
-      case Model::better:
-        return kernels::better_dipole(medium, geometry);
-      case Model::directional:
-        break;
-    }
-    return kernels::directional_dipole(medium, geometry);
   }
 
   Model model_;
