@@ -198,7 +198,7 @@ __kernel void gather_direct(const View view, const Window window, __global const
     const uint point = 0x80000000u | ((uint)p.y * view.width + (uint)p.x);
     float4 centre[LIGHTS];
     for (uint l = 0; l < LIGHTS; ++l)
-      centre[l] = sampling_centre(s.x, lights + l, map, density, rho, extent, level_first, levels);
+      centre[l] = sampling_centre(s.x, s.n_s, lights + l, map, boundary, density, rho, extent, level_first, levels);
     const float3 a = factor * scattered_radiance(transport, s.x, s.n_s, point, 0, round, rounds, centre);
     const float3 b = factor * scattered_radiance(transport, s.x, s.n_s, point, 1, round, rounds, centre);
     for (uint set = 0; set < sets; ++set) {

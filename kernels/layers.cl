@@ -1,6 +1,6 @@
 // Pass 2: at each needed layer texel, the directional dipole summed over samples of the light maps.
 //
-// Build options: VW lanes, MODEL, ESTIMATOR (0 density around the nearest lit texel, 1 exponential radii and 2 uniform
+// Build options: VW lanes, MODEL, ESTIMATOR (0 density around the nearest lit place, 1 exponential radii and 2 uniform
 // disc around the point's projection), LIGHTS, MEDIA (distinct channels of the medium) and MEDIUM_R, _G, _B (the medium
 // of each colour, MEDIA where a colour has none).
 #include "bssrdf.h"
@@ -22,22 +22,46 @@ typedef struct {
   uint seed;
 } Transport;
 
+// In the light's own frame: the direction towards it, and a texel's shading normal, unpacked.
+static real3 towards_light(void) { return real3_make(real_splat(0.0f), real_splat(0.0f), real_splat(1.0f)); }
+
+static real3 shading_normal(mask packed) {
+  const real n_x = convert_real((packed << 16) >> 16) * (1.0f / 32767.0f);
+  const real n_y = convert_real(packed >> 16) * (1.0f / 32767.0f);
+  return real3_make(n_x, n_y, real_sqrt(real_max(1.0f - n_x * n_x - n_y * n_y, real_splat(1e-4f))));
+}
+
+// From t to the nearest point of a texel's piece of the plane z = slope . (x, y), half a texel to each side: the
+// plane's foot if that lies on the piece, else the nearest point of the side through which one leaves for the foot.
+static float3 to_piece(float3 t, float2 slope) {
+  const float2 foot = t.xy + slope * ((t.z - dot(slope, t.xy)) / (1.0f + dot(slope, slope)));
+  const float2 inside = clamp(foot, -0.5f, 0.5f);
+  const float2 other = clamp((t.xy + slope * (t.z - slope.yx * inside.yx)) / (1.0f + slope * slope), -0.5f, 0.5f);
+  const float3 a = (float3)(inside.x, other.y, slope.x * inside.x + slope.y * other.y) - t;
+  const float3 b = (float3)(other.x, inside.y, slope.x * other.x + slope.y * inside.y) - t;
+  return dot(a, a) < dot(b, b) ? a : b;
+}
+
 // Where samples of one light are centred for one point: (x, y in the light's frame, h, log G(h)).
-static float4 sampling_centre(float3 x, __constant Light* light, __global const float4* map, Density density,
-                              __global const float2* rho, __global const float2* extent, __constant uint* level_first,
-                              uint levels) {
+static float4 sampling_centre(float3 x, float3 n, __constant Light* light, __global const float4* map,
+                              Boundary boundary, Density density, __global const float2* rho,
+                              __global const float2* extent, __constant uint* level_first, uint levels) {
   const float3 p = to_frame(light->view, x - light->view.origin.xyz);
 #if ESTIMATOR != 0
   return (float4)(p.xy, 0.0f, 0.0f);
 #else
-  // Depth-first through the height pyramid, nearest child first, in units of texels.
+  // In units of texels, with texel i's piece of surface over [i, i + 1]: depth-first through the height pyramid,
+  // nearest child first.
   const float scale = light->view.scale;
-  const float3 t = (float3)(p.x * scale + light->view.centre_x, p.y * scale + light->view.centre_y, p.z * scale);
+  const float2 corner = (float2)(light->sample_x[0] - 0.5f, light->sample_y[0] - 0.5f);
+  const float3 t = (float3)(p.x * scale + light->view.centre_x - corner.x,
+                            p.y * scale + light->view.centre_y - corner.y, p.z * scale);
   uint stack[3 * MAX_LEVELS + 4];
   float bound[3 * MAX_LEVELS + 4];
   uint top = 0;
   float nearest = FLT_MAX;
   float2 centre = t.xy;
+  uint nearest_texel = 0;
   stack[top] = levels - 1;  // x in bits 4 to 17, y in bits 18 to 31, level in the lowest four
   bound[top++] = 0.0f;
   while (top > 0) {
@@ -45,8 +69,14 @@ static float4 sampling_centre(float3 x, __constant Light* light, __global const 
     if (bound[top] >= nearest) continue;
     const uint level = node & 15u, x0 = (node >> 4) & 16383u, y0 = node >> 18;
     if (level == 0) {
-      nearest = bound[top];
-      centre = (float2)((float)x0 + 0.5f, (float)y0 + 0.5f);
+      const uint i = y0 * light->view.width + x0;
+      const float4 texel = map[light->map + i];
+      const float3 to_it = to_piece(t - (float3)((float)x0 + 0.5f, (float)y0 + 0.5f, texel.x * scale), texel.yz);
+      if (dot(to_it, to_it) < nearest) {
+        nearest = dot(to_it, to_it);
+        centre = t.xy + to_it.xy;
+        nearest_texel = i;
+      }
       continue;
     }
     const uint below = level - 1, size = (light->view.width + (1u << below) - 1) >> below;
@@ -60,8 +90,8 @@ static float4 sampling_centre(float3 x, __constant Light* light, __global const 
       if (cx >= size || cy >= size) continue;
       const float2 z = extent[light->extent + level_first[below] + cy * size + cx];
       if (z.x > z.y) continue;
-      const float3 low = (float3)((float)cx * side + 0.5f, (float)cy * side + 0.5f, z.x * scale);
-      const float3 high = (float3)((float)(cx + 1) * side - 0.5f, (float)(cy + 1) * side - 0.5f, z.y * scale);
+      const float3 low = (float3)((float)cx * side, (float)cy * side, z.x * scale);
+      const float3 high = (float3)((float)(cx + 1) * side, (float)(cy + 1) * side, z.y * scale);
       const float3 away = fmax(fmax(low - t, t - high), 0.0f);
       distance[c] = dot(away, away);
     }
@@ -80,20 +110,18 @@ static float4 sampling_centre(float3 x, __constant Light* light, __global const 
         bound[top++] = distance[c];
       }
   }
-  // Lit points are nearer to the plane of their own texel than to any texel's centre.
-  const float column = floor(t.x - light->sample_x[0] + 0.5f), row = floor(t.y - light->sample_y[0] + 0.5f);
-  if (column >= 0.0f && row >= 0.0f && column < (float)light->view.width && row < (float)light->view.height) {
-    const float4 texel = map[light->map + (uint)row * light->view.width + (uint)column];
-    const float2 beside = t.xy - (float2)(column + light->sample_x[0], row + light->sample_y[0]);
-    const float3 n = normalize((float3)(-texel.yz, 1.0f));
-    const float away = n.z * (t.z - texel.x * scale - dot(texel.yz, beside));
-    if (texel.x > UNLIT && fabs(away) < 0.5f && away * away < nearest) {
-      nearest = away * away;
-      centre = t.xy - away * n.xy;
-    }
+  centre += corner;
+  // Light that runs along the surface at x has its real source near the surface: mu_0 / 3 mean free paths (FHK 25).
+  float d_min = 0.0f, h_min = density.h_min;
+  if (nearest < FLT_MAX) {
+    d_min = sqrt(nearest) / scale;
+    const real3 w12 =
+        refract_into(towards_light(), shading_normal(as_mask(real_splat(map[light->map + nearest_texel].w))), boundary);
+    const float3 n_o = to_frame(light->view, n);
+    const float mu_0 = -(LANE(w12.x, 0) * n_o.x + LANE(w12.y, 0) * n_o.y + LANE(w12.z, 0) * n_o.z);
+    if (mu_0 > 0.0f) h_min *= clamp(mu_0 / 0.75f, LEAST_H_MIN, 1.0f);
   }
-  const float d_min = nearest < FLT_MAX ? sqrt(nearest) / scale : 0.0f;
-  const float h = sqrt(density.h_min * density.h_min + d_min * d_min);
+  const float h = sqrt(h_min * h_min + d_min * d_min);
   uint low = 0, high = density.entries - 1;  // rho falls: rho[low] > h >= rho[high]
   while (high - low > 1) {
     const uint middle = (low + high) / 2;
@@ -166,7 +194,6 @@ static float3 scattered_radiance(Transport transport, float3 x, float3 n, uint p
     const View view = light->view;
     const float3 p = to_frame(view, x - view.origin.xyz), n_frame = to_frame(view, n);
     const real3 n_o = real3_make(real_splat(n_frame.x), real_splat(n_frame.y), real_splat(n_frame.z));
-    const real3 towards = real3_make(real_splat(0.0f), real_splat(0.0f), real_splat(1.0f));
     const float4 centre = centres[l];
     const float sample_x = light->sample_x[half_index], sample_y = light->sample_y[half_index];
     __global const float4* map = transport.map + light->map + half_index * view.width * view.height;
@@ -202,12 +229,9 @@ static float3 scattered_radiance(Transport transport, float3 x, float3 n, uint p
       // The light ray through the sample meets the plane of the texel's geometric normal.
       const real light_z =
           height + (slope_x * (film_x - column - sample_x) + slope_y * (film_y - row - sample_y)) / view.scale;
-      const real n_x = convert_real((packed << 16) >> 16) * (1.0f / 32767.0f);
-      const real n_y = convert_real(packed >> 16) * (1.0f / 32767.0f);
-      const real n_z = real_sqrt(real_max(1.0f - n_x * n_x - n_y * n_y, real_splat(1e-4f)));
-      const real3 n_i = real3_make(n_x, n_y, n_z);
-      const real3 w12 = refract_into(towards, n_i, transport.boundary);
-      const real T12 = fresnel_transmittance(n_z, transport.boundary);
+      const real3 n_i = shading_normal(packed);
+      const real3 w12 = refract_into(towards_light(), n_i, transport.boundary);
+      const real T12 = fresnel_transmittance(n_i.z, transport.boundary);
       const DipoleGeometry geometry =
           dipole_geometry(real3_make(p.x - light_x, p.y - light_y, p.z - light_z), w12, n_i, n_o);
       const real factor = real_select(lit, weight * T12, real_splat(0.0f));
@@ -256,10 +280,10 @@ __kernel void layers_resolve(const View view, __global const uint* restrict ids,
 __kernel void layers_points(__constant View* views, const uint n_points, __global const uint* restrict needed,
                             __global const uint* restrict ids, __global const float4* restrict positions,
                             __global const uint* restrict triangles, __global const float* restrict normals,
-                            __constant Light* lights, __global const float4* restrict map, const Density density,
-                            __global const float2* restrict rho, __global const float2* restrict extent,
-                            __constant uint* level_first, const uint levels, __global float4* restrict points,
-                            __global float4* restrict centres) {
+                            __constant Light* lights, __global const float4* restrict map, const Boundary boundary,
+                            const Density density, __global const float2* restrict rho,
+                            __global const float2* restrict extent, __constant uint* level_first, const uint levels,
+                            __global float4* restrict points, __global float4* restrict centres) {
   const uint i = (uint)get_global_id(0);
   if (i >= n_points) return;
   const uint texel = needed[i], size = views[0].width * views[0].height, layer = texel / size, t = texel % size;
@@ -269,7 +293,8 @@ __kernel void layers_points(__constant View* views, const uint n_points, __globa
   points[2 * i] = (float4)(s.x, as_float(texel | POINT_BITS));
   points[2 * i + 1] = (float4)(s.n_s, 0.0f);
   for (uint l = 0; l < LIGHTS; ++l)
-    centres[LIGHTS * i + l] = sampling_centre(s.x, lights + l, map, density, rho, extent, level_first, levels);
+    centres[LIGHTS * i + l] =
+        sampling_centre(s.x, s.n_s, lights + l, map, boundary, density, rho, extent, level_first, levels);
 }
 
 // One frame: a round of samples for both halves of every needed texel. values[2 i + half] sums rounds, RGB.

@@ -35,13 +35,15 @@ __kernel void light_map_resolve(const View view, const Window window, __global c
   map[first + i] = texel;
 }
 
-// Level 0 of the height pyramid: (lowest, highest) of each texel; an empty node has lowest > highest.
-__kernel void light_map_extent(const uint n_texels, __global const float4* restrict map, const uint first,
-                               __global float2* restrict extent, const uint first_node) {
+// Level 0 of the height pyramid: (lowest, highest) of each texel's plane within half a texel; an empty node has
+// lowest > highest.
+__kernel void light_map_extent(const uint n_texels, const float scale, __global const float4* restrict map,
+                               const uint first, __global float2* restrict extent, const uint first_node) {
   const uint i = (uint)get_global_id(0);
   if (i >= n_texels) return;
-  const float height = map[first + i].x;
-  extent[first_node + i] = height > UNLIT ? (float2)(height) : (float2)(FLT_MAX, -FLT_MAX);
+  const float4 texel = map[first + i];
+  const float rise = 0.5f * (fabs(texel.y) + fabs(texel.z)) / scale;
+  extent[first_node + i] = texel.x > UNLIT ? (float2)(texel.x - rise, texel.x + rise) : (float2)(FLT_MAX, -FLT_MAX);
 }
 
 // The next level from the one below; sizes halve upwards, and children beyond the border are empty.

@@ -9,6 +9,9 @@ KERNEL_HEADER_BEGIN
 #define R2_STEP_U 3242174889u
 #define R2_STEP_V 2447445414u
 
+// How much smaller than usual h_min may be where light runs along the surface.
+#define LEAST_H_MIN 0.1f
+
 // Bijective mixing of 32 bits (two rounds of multiply and xor-shift).
 SHARED uint hash(uint x) {
   x ^= x >> 16;

@@ -77,7 +77,7 @@ typedef struct {
   uint pad;
 } Light;
 
-// The radial density of samples around a point's nearest lit texel, as a table of rho over equal steps of log G
+// The radial density of samples around a point's nearest lit place, as a table of rho over equal steps of log G
 // (sampling.h); the baselines use sigma and radius instead.
 typedef struct {
   float log_G_min;     // log G of entry 0, the largest rho; below it nothing is sampled

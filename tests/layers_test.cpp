@@ -49,7 +49,7 @@ struct Radius {
 
 constexpr double half_ulp = 0x1p-24;
 
-/// Radial density around the nearest lit texel (0), exponential radii (1), uniform disc (2).
+/// Radial density around the nearest lit place (0), exponential radii (1), uniform disc (2).
 Radius radius_of(const DensityTable& table, int estimator, const float4& centre, double t) {
   const kernels::Density& d = table.parameters;
   if (estimator == 2)

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "kernels/sampling.h"
+
 namespace parian {
 namespace {
 
@@ -50,7 +52,7 @@ DensityTable density_table(const std::vector<kernels::Medium>& media, double dis
   const double h_min = std::min(1.5 * D, 2.0);
   const double rho_max =
       std::min(1.001 * std::sqrt(h_min * h_min + 8.0), h_min + exponent_range / std::max(sigma, 1e-9));
-  const double a = std::log(h_min * 0.999), b = std::log(rho_max), step = (b - a) / grid_steps;
+  const double a = std::log(LEAST_H_MIN * h_min * 0.999), b = std::log(rho_max), step = (b - a) / grid_steps;
 
   std::vector<double> log_G(grid_steps + 1);  // of exp(a + i step)
   double tail = -INFINITY;                    // a little beyond rho_max, so that G is above 0 there

@@ -1,4 +1,4 @@
-// The radial density of samples around a point's nearest lit texel, tabulated in double.
+// The radial density of samples around a point's nearest lit place, tabulated in double.
 #pragma once
 #include <array>
 #include <vector>

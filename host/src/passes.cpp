@@ -114,8 +114,8 @@ void draw_light_maps(Passes& p, std::uint32_t epoch, bool shift) {
       p.compute.launch("light_map_resolve", texels, Stage::light_map, light.view, window, m.ids, g.positions,
                        g.triangles, g.normals, light.map + half * texels, m.map);
     }
-    if (epoch > 0) continue;
-    p.compute.launch("light_map_extent", texels, Stage::light_map, texels, m.map, light.map, m.extent, light.extent);
+    p.compute.launch("light_map_extent", texels, Stage::light_map, texels, light.view.scale, m.map, light.map, m.extent,
+                     light.extent);
     const std::vector<std::uint32_t> first = mip_offsets(m.size, 1);
     for (cl_uint level = 1, size = m.size; level < m.levels; ++level, size = (size + 1) / 2)
       p.compute.launch("light_map_extent_up", std::size_t{(size + 1) / 2} * ((size + 1) / 2), Stage::light_map, size,
@@ -178,8 +178,8 @@ void set_needed(Passes& p, const std::vector<cl_uint>& needed) {
   k.centres = p.compute.buffer<kernels::float4>(m.lights.size() * needed.size());
   k.values = p.compute.buffer<kernels::float4>(2 * (needed.size() + k.level_first.back() - k.level_first[1]));
   p.compute.launch("layers_points", k.n_points, Stage::layers, k.views_buffer, k.n_points, list, k.ids, g.positions,
-                   g.triangles, g.normals, m.lights_buffer, m.map, p.plan.density.parameters, p.rho, m.extent,
-                   m.level_first, m.levels, k.points, k.centres);
+                   g.triangles, g.normals, m.lights_buffer, m.map, p.plan.boundary, p.plan.density.parameters, p.rho,
+                   m.extent, m.level_first, m.levels, k.points, k.centres);
   p.compute.finish();
   p.compute.release(list);
   p.compute.release(k.ids);
