@@ -98,11 +98,11 @@ static float4 sampling_centre(float3 x, float3 n, __constant Light* light, __glo
     for (uint c = 1; c < 4; ++c)  // farthest first, so that the nearest is popped first
       for (uint b = c; b > 0 && distance[b] > distance[b - 1]; --b) {
         const float d = distance[b];
-        const uint n = child[b];
+        const uint moved = child[b];
         distance[b] = distance[b - 1];
         child[b] = child[b - 1];
         distance[b - 1] = d;
-        child[b - 1] = n;
+        child[b - 1] = moved;
       }
     for (uint c = 0; c < 4; ++c)
       if (distance[c] < nearest) {
