@@ -31,6 +31,7 @@ static real3 shading_normal(mask packed) {
   return real3_make(n_x, n_y, real_sqrt(real_max(1.0f - n_x * n_x - n_y * n_y, real_splat(1e-4f))));
 }
 
+#if ESTIMATOR == 0
 // From t to the nearest point of a texel's piece of the plane z = slope . (x, y), half a texel to each side: the
 // plane's foot if that lies on the piece, else the nearest point of the side through which one leaves for the foot.
 static float3 to_piece(float3 t, float2 slope) {
@@ -41,6 +42,7 @@ static float3 to_piece(float3 t, float2 slope) {
   const float3 b = (float3)(other.x, inside.y, slope.x * other.x + slope.y * inside.y) - t;
   return dot(a, a) < dot(b, b) ? a : b;
 }
+#endif
 
 // Where samples of one light are centred for one point: (x, y in the light's frame, h, log G(h)).
 static float4 sampling_centre(float3 x, float3 n, __constant Light* light, __global const float4* map,
