@@ -160,7 +160,6 @@ __kernel void gather_pixels(const View view, const Window window, __global const
   const float3 p = pixel_sample(window, i);
   const Surface s = surface_at(view, p.x, p.y, ids[i], positions, triangles, normals);
   const float factor = scale * transmittance_to(view, s, boundary);
-  const uint level_of[4] = {levels.x, levels.y, levels.z, levels.w};
   float3 a0, b0;
   const int seen = gather_level(layers, 0, s.x, s.n_g, values, &a0, &b0) >= MIN_WEIGHT;
   if (!seen) direct[atomic_inc(n_direct)] = i;
@@ -169,41 +168,47 @@ __kernel void gather_pixels(const View view, const Window window, __global const
     __global float4* pixel = film + 2 * (set * n_pixels + i);
     pixel[0].w += 1.0f;
     if (!seen) continue;
-    uint level = level_of[set];  // where a level sees too little, the next finer one stands in
+    // Where a level sees too little, the next finer one stands in.
+    uint level = set == 0 ? levels.x : set == 1 ? levels.y : set == 2 ? levels.z : levels.w;
     while (level > 0 && gather_level(layers, level, s.x, s.n_g, values, &a, &b) < MIN_WEIGHT) --level;
     pixel[0].xyz += factor * (level > 0 ? a : a0);
     pixel[1].xyz += factor * (level > 0 ? b : b0);
   }
 }
 
-// Adds listed pixels, by pass 2's own function at the points themselves: those that no layer sees, or, with the sign
-// turned, some that layers do see, to tell how far off these are.
-__kernel void gather_direct(const View view, const Window window, __global const uint* restrict ids,
+// The points of listed pixels, for pass 2's own function: those that no layer sees, or some that layers do see, to tell
+// how far off these are. As layers_points, with T21 beside the normal.
+__kernel void gather_points(const View view, __global const uint* restrict ids, const Window window,
                             __global const float4* restrict positions, __global const uint* restrict triangles,
                             __global const float* restrict normals, __constant Light* lights,
-                            __global const float4* restrict map, __constant Medium* media, const Boundary boundary,
-                            const Density density, __global const float2* restrict rho, const uint seed,
-                            __global const float2* restrict extent, __constant uint* level_first, const uint levels,
-                            const uint round, const uint rounds, const float sign, const uint sets,
-                            __global const uint* restrict n_direct, __global const uint* restrict direct,
-                            __global float4* restrict film) {
-  const uint first = (uint)get_global_id(0), stride = (uint)get_global_size(0), n_pixels = window.width * window.height;
-  const Transport transport = make_transport(lights, map, media, boundary, density, rho, seed);
-  const uint n = n_direct[0];
-  for (uint item = first; item < n; item += stride) {
-    const uint i = direct[item];
-    const float3 p = pixel_sample(window, i);
-    const Surface s = surface_at(view, p.x, p.y, ids[i], positions, triangles, normals);
-    const float factor = sign * transmittance_to(view, s, boundary) / (float)rounds;
-    const uint point = 0x80000000u | ((uint)p.y * view.width + (uint)p.x);
-    float4 centre[LIGHTS];
-    for (uint l = 0; l < LIGHTS; ++l)
-      centre[l] = sampling_centre(s.x, s.n_s, lights + l, map, boundary, density, rho, extent, level_first, levels);
-    const float3 a = factor * scattered_radiance(transport, s.x, s.n_s, point, 0, round, rounds, centre);
-    const float3 b = factor * scattered_radiance(transport, s.x, s.n_s, point, 1, round, rounds, centre);
-    for (uint set = 0; set < sets; ++set) {
-      film[2 * (set * n_pixels + i)].xyz += a;
-      film[2 * (set * n_pixels + i) + 1].xyz += b;
-    }
+                            __global const float4* restrict map, const Boundary boundary, const Density density,
+                            __global const float2* restrict rho, __global const float2* restrict extent,
+                            __constant uint* level_first, const uint levels, const uint n_lights, const uint first,
+                            const uint n_points, __global const uint* restrict direct, __global float4* restrict points,
+                            __global float4* restrict centres) {
+  const uint item = (uint)get_global_id(0);
+  if (item >= n_points) return;
+  const uint i = direct[first + item];
+  const float3 p = pixel_sample(window, i);
+  const Surface s = surface_at(view, p.x, p.y, ids[i], positions, triangles, normals);
+  const uint pixel = (uint)p.y * view.width + (uint)p.x;
+  points[2 * item] = (float4)(s.x, as_float(0x80000000u | POINT_BITS | pixel));
+  points[2 * item + 1] = (float4)(s.n_s, transmittance_to(view, s, boundary));
+  for (uint l = 0; l < n_lights; ++l)
+    centres[l * n_points + item] =
+        sampling_centre(s.x, s.n_s, lights + l, map, boundary, density, rho, extent, level_first, levels);
+}
+
+// Adds their values to the film.
+__kernel void gather_direct(const uint first, const uint n_points, __global const uint* restrict direct,
+                            __global const float4* restrict points, __global const float4* restrict values,
+                            const float scale, const uint sets, const uint n_pixels, __global float4* restrict film) {
+  const uint item = (uint)get_global_id(0);
+  if (item >= n_points) return;
+  const float factor = scale * points[2 * item + 1].w;
+  for (uint set = 0; set < sets; ++set) {
+    const uint pixel = 2 * (set * n_pixels + direct[first + item]);
+    film[pixel].xyz += factor * values[2 * item].xyz;
+    film[pixel + 1].xyz += factor * values[2 * item + 1].xyz;
   }
 }

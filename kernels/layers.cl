@@ -1,13 +1,12 @@
 // Pass 2: at each needed layer texel, the directional dipole summed over samples of the light maps.
 //
 // Build options: VW lanes, MODEL, ESTIMATOR (0 density around the nearest lit place, 1 exponential radii and 2 uniform
-// disc around the point's projection), LIGHTS, MEDIA (distinct channels of the medium) and MEDIUM_R, _G, _B (the medium
+// disc around the point's projection), MEDIA (distinct channels of the medium) and MEDIUM_R, _G, _B (the medium
 // of each colour, MEDIA where a colour has none).
 #include "bssrdf.h"
 #include "sampling.h"
 
 #define PI_F 3.14159265358979f
-#define MAX_LEVELS 16
 #define POINT_BITS 0x40000000u  // with them an index kept as a float is a normal number, which no device flushes
 #define NO_SLOT 0xffffffffu     // of a texel without values
 
@@ -42,6 +41,52 @@ static float3 to_piece(float3 t, float2 slope) {
   const float3 b = (float3)(other.x, inside.y, slope.x * other.x + slope.y * inside.y) - t;
   return dot(a, a) < dot(b, b) ? a : b;
 }
+
+// The square of the distance from t to the nearest lit surface, its place in the light's plane and its texel, all in
+// units of texels, with texel i's piece of surface over [i, i + 1]; FLT_MAX where nothing is lit. Depth-first through
+// the height pyramid, from the child in whose quarter t lies to the opposite one; without a stack, which a GPU would
+// keep in memory.
+static float nearest_lit(float3 t, __constant Light* light, __global const float4* map, __global const float2* extent,
+                         __constant uint* level_first, uint levels, float2* place, uint* texel) {
+  const float scale = light->view.scale;
+  float nearest = FLT_MAX;
+  for (uint level = levels - 1, x = 0, y = 0;;) {
+    const float side = (float)(1u << level);
+    const uint size = (light->view.width + (1u << level) - 1) >> level;
+    const float2 z =
+        x < size && y < size ? extent[light->extent + level_first[level] + y * size + x] : (float2)(FLT_MAX, -FLT_MAX);
+    const float3 low = (float3)((float)x * side, (float)y * side, z.x * scale);
+    const float3 away = fmax(fmax(low - t, t - (float3)(low.xy + side, z.y * scale)), 0.0f);
+    if (z.x <= z.y && dot(away, away) < nearest) {
+      if (level > 0) {
+        --level;
+        x = 2 * x + (t.x >= low.x + 0.5f * side);
+        y = 2 * y + (t.y >= low.y + 0.5f * side);
+        continue;
+      }
+      const uint i = y * light->view.width + x;
+      const float4 piece = map[light->map + i];
+      const float3 to_it = to_piece(t - (float3)(low.xy + 0.5f, piece.x * scale), piece.yz);
+      if (dot(to_it, to_it) < nearest) {
+        nearest = dot(to_it, to_it);
+        *place = t.xy + to_it.xy;
+        *texel = i;
+      }
+    }
+    for (;; ++level, x >>= 1, y >>= 1) {  // on to the next child, or up behind the last
+      if (level + 1 == levels) return nearest;
+      const float parent = (float)(2u << level);
+      const uint own =
+          (uint)(t.x >= ((float)(x >> 1) + 0.5f) * parent) | (uint)(t.y >= ((float)(y >> 1) + 0.5f) * parent) << 1;
+      const uint turn = ((x & 1u) | (y & 1u) << 1) ^ own;
+      if (turn == 3) continue;
+      const uint next = (turn + 1) ^ own;
+      x = (x & ~1u) | (next & 1u);
+      y = (y & ~1u) | next >> 1;
+      break;
+    }
+  }
+}
 #endif
 
 // Where samples of one light are centred for one point: (x, y in the light's frame, h, log G(h)).
@@ -52,73 +97,20 @@ static float4 sampling_centre(float3 x, float3 n, __constant Light* light, __glo
 #if ESTIMATOR != 0
   return (float4)(p.xy, 0.0f, 0.0f);
 #else
-  // In units of texels, with texel i's piece of surface over [i, i + 1]: depth-first through the height pyramid,
-  // nearest child first.
   const float scale = light->view.scale;
   const float2 corner = (float2)(light->sample_x[0] - 0.5f, light->sample_y[0] - 0.5f);
   const float3 t = (float3)(p.x * scale + light->view.centre_x - corner.x,
                             p.y * scale + light->view.centre_y - corner.y, p.z * scale);
-  uint stack[3 * MAX_LEVELS + 4];
-  float bound[3 * MAX_LEVELS + 4];
-  uint top = 0;
-  float nearest = FLT_MAX;
   float2 centre = t.xy;
-  uint nearest_texel = 0;
-  stack[top] = levels - 1;  // x in bits 4 to 17, y in bits 18 to 31, level in the lowest four
-  bound[top++] = 0.0f;
-  while (top > 0) {
-    const uint node = stack[--top];
-    if (bound[top] >= nearest) continue;
-    const uint level = node & 15u, x0 = (node >> 4) & 16383u, y0 = node >> 18;
-    if (level == 0) {
-      const uint i = y0 * light->view.width + x0;
-      const float4 texel = map[light->map + i];
-      const float3 to_it = to_piece(t - (float3)((float)x0 + 0.5f, (float)y0 + 0.5f, texel.x * scale), texel.yz);
-      if (dot(to_it, to_it) < nearest) {
-        nearest = dot(to_it, to_it);
-        centre = t.xy + to_it.xy;
-        nearest_texel = i;
-      }
-      continue;
-    }
-    const uint below = level - 1, size = (light->view.width + (1u << below) - 1) >> below;
-    const float side = (float)(1u << below);
-    float distance[4];
-    uint child[4];
-    for (uint c = 0; c < 4; ++c) {
-      const uint cx = 2 * x0 + (c & 1), cy = 2 * y0 + (c >> 1);
-      child[c] = below | cx << 4 | cy << 18;
-      distance[c] = FLT_MAX;
-      if (cx >= size || cy >= size) continue;
-      const float2 z = extent[light->extent + level_first[below] + cy * size + cx];
-      if (z.x > z.y) continue;
-      const float3 low = (float3)((float)cx * side, (float)cy * side, z.x * scale);
-      const float3 high = (float3)((float)(cx + 1) * side, (float)(cy + 1) * side, z.y * scale);
-      const float3 away = fmax(fmax(low - t, t - high), 0.0f);
-      distance[c] = dot(away, away);
-    }
-    for (uint c = 1; c < 4; ++c)  // farthest first, so that the nearest is popped first
-      for (uint b = c; b > 0 && distance[b] > distance[b - 1]; --b) {
-        const float d = distance[b];
-        const uint moved = child[b];
-        distance[b] = distance[b - 1];
-        child[b] = child[b - 1];
-        distance[b - 1] = d;
-        child[b - 1] = moved;
-      }
-    for (uint c = 0; c < 4; ++c)
-      if (distance[c] < nearest) {
-        stack[top] = child[c];
-        bound[top++] = distance[c];
-      }
-  }
+  uint texel = 0;
+  const float nearest = nearest_lit(t, light, map, extent, level_first, levels, &centre, &texel);
   centre += corner;
   // Light that runs along the surface at x has its real source near the surface: mu_0 / 3 mean free paths (FHK 25).
   float d_min = 0.0f, h_min = density.h_min;
   if (nearest < FLT_MAX) {
     d_min = sqrt(nearest) / scale;
     const real3 w12 =
-        refract_into(towards_light(), shading_normal(as_mask(real_splat(map[light->map + nearest_texel].w))), boundary);
+        refract_into(towards_light(), shading_normal(as_mask(real_splat(map[light->map + texel].w))), boundary);
     const float3 n_o = to_frame(light->view, n);
     const float mu_0 = -(LANE(w12.x, 0) * n_o.x + LANE(w12.y, 0) * n_o.y + LANE(w12.z, 0) * n_o.z);
     if (mu_0 > 0.0f) h_min *= clamp(mu_0 / 0.75f, LEAST_H_MIN, 1.0f);
@@ -186,63 +178,59 @@ static real sample_radius(Density density, __global const float2* rho_table, flo
 #endif
 }
 
-// Scattered radiance (without T21) at x with normal n, of one half: rounds `round` to `round + rounds` - 1 of the
-// point's own sequence, each of as many samples as the lights take in a frame, summed over rounds.
-static float3 scattered_radiance(Transport transport, float3 x, float3 n, uint point, uint half_index, uint round,
-                                 uint rounds, const float4* centres) {
-  float3 radiance = (float3)(0.0f);
-  for (uint l = 0; l < LIGHTS; ++l) {
-    __constant Light* light = transport.lights + l;
-    const View view = light->view;
-    const float3 p = to_frame(view, x - view.origin.xyz), n_frame = to_frame(view, n);
-    const real3 n_o = real3_make(real_splat(n_frame.x), real_splat(n_frame.y), real_splat(n_frame.z));
-    const float4 centre = centres[l];
-    const float sample_x = light->sample_x[half_index], sample_y = light->sample_y[half_index];
-    __global const float4* map = transport.map + light->map + half_index * view.width * view.height;
-    const uint scramble = hash_combine(hash_combine(point, transport.seed), 2 * l + half_index);
-    const uint shift_u = hash(scramble), shift_v = hash(scramble ^ 0x68bc21ebu);
-    const uint first = round * light->samples, last = first + rounds * light->samples;
-    real sum[MEDIA + 1];
-    for (uint m = 0; m <= MEDIA; ++m) sum[m] = real_splat(0.0f);
-    for (uint j = first; j < last; j += VW) {
-      const ureal index = j + LANES;
-      const real t = (real_from_bits((index * R2_STEP_U + shift_u) >> 8) + 0.5f) * 0x1p-24f;
-      const real v = real_from_bits((index * R2_STEP_V + shift_v) >> 8) * 0x1p-24f;
-      real weight, cosine, sine;
-      const real r = sample_radius(transport.density, transport.rho, centre.z, centre.w, t, &weight);
-      turn(v, &cosine, &sine);
-      const real light_x = centre.x + r * cosine, light_y = centre.y + r * sine;
-      const real film_x = light_x * view.scale + view.centre_x, film_y = light_y * view.scale + view.centre_y;
-      const real column = floor(film_x - sample_x + 0.5f), row = floor(film_y - sample_y + 0.5f);
-      mask lit = (column >= 0.0f) & (column < (float)view.width) & (row >= 0.0f) & (row < (float)view.height) &
-                 (weight > 0.0f);
+// Scattered radiance (without T21) at x with normal n, from light l, of one half: rounds `round` to `round + rounds` -
+// 1 of the point's own sequence, each of as many samples as the light takes in a frame, summed over rounds. Inlined,
+// since a GPU would pass what it takes through memory.
+__attribute__((always_inline)) static float3 scattered_radiance(Transport transport, uint l, float4 centre, float3 x,
+                                                                float3 n, uint point, uint half_index, uint round,
+                                                                uint rounds) {
+  __constant Light* light = transport.lights + l;
+  const View view = light->view;
+  const float3 p = to_frame(view, x - view.origin.xyz), n_frame = to_frame(view, n);
+  const real3 n_o = real3_make(real_splat(n_frame.x), real_splat(n_frame.y), real_splat(n_frame.z));
+  const float sample_x = light->sample_x[half_index], sample_y = light->sample_y[half_index];
+  __global const float4* map = transport.map + light->map + half_index * view.width * view.height;
+  const uint scramble = hash_combine(hash_combine(point, transport.seed), 2 * l + half_index);
+  const uint shift_u = hash(scramble), shift_v = hash(scramble ^ 0x68bc21ebu);
+  const uint first = round * light->samples, last = first + rounds * light->samples;
+  real sum[MEDIA + 1];
+  UNROLL for (uint m = 0; m <= MEDIA; ++m) sum[m] = real_splat(0.0f);
+  for (uint j = first; j < last; j += VW) {
+    const ureal index = j + LANES;
+    const real t = (real_from_bits((index * R2_STEP_U + shift_u) >> 8) + 0.5f) * 0x1p-24f;
+    const real v = real_from_bits((index * R2_STEP_V + shift_v) >> 8) * 0x1p-24f;
+    real weight, cosine, sine;
+    const real r = sample_radius(transport.density, transport.rho, centre.z, centre.w, t, &weight);
+    turn(v, &cosine, &sine);
+    const real light_x = centre.x + r * cosine, light_y = centre.y + r * sine;
+    const real film_x = light_x * view.scale + view.centre_x, film_y = light_y * view.scale + view.centre_y;
+    const real column = floor(film_x - sample_x + 0.5f), row = floor(film_y - sample_y + 0.5f);
+    mask lit =
+        (column >= 0.0f) & (column < (float)view.width) & (row >= 0.0f) & (row < (float)view.height) & (weight > 0.0f);
 #if VW > 1
-      lit &= index < (ureal)(last);
+    lit &= index < (ureal)(last);
 #endif
-      // Texels are read lane by lane; everything else is as wide as the device likes.
-      const ureal texel = convert_ureal(real_select(lit, row * (float)view.width + column, real_splat(0.0f)));
+    // Texels are read lane by lane; everything else is as wide as the device likes.
+    const ureal texel = convert_ureal(real_select(lit, row * (float)view.width + column, real_splat(0.0f)));
 #define HEIGHT(lane) map[LANE(texel, lane)].x
 #define SLOPE_X(lane) map[LANE(texel, lane)].y
 #define SLOPE_Y(lane) map[LANE(texel, lane)].z
 #define NORMAL(lane) map[LANE(texel, lane)].w
-      const real height = FROM_LANES(HEIGHT), slope_x = FROM_LANES(SLOPE_X), slope_y = FROM_LANES(SLOPE_Y);
-      const mask packed = as_mask(FROM_LANES(NORMAL));
-      lit &= height > UNLIT;
-      // The light ray through the sample meets the plane of the texel's geometric normal.
-      const real light_z =
-          height + (slope_x * (film_x - column - sample_x) + slope_y * (film_y - row - sample_y)) / view.scale;
-      const real3 n_i = shading_normal(packed);
-      const real3 w12 = refract_into(towards_light(), n_i, transport.boundary);
-      const real T12 = fresnel_transmittance(n_i.z, transport.boundary);
-      const DipoleGeometry geometry =
-          dipole_geometry(real3_make(p.x - light_x, p.y - light_y, p.z - light_z), w12, n_i, n_o);
-      const real factor = real_select(lit, weight * T12, real_splat(0.0f));
-      for (uint m = 0; m < MEDIA; ++m) sum[m] += factor * bssrdf(transport.media[m], geometry);
-    }
-    radiance +=
-        light->irradiance.xyz * (float3)(real_sum(sum[MEDIUM_R]), real_sum(sum[MEDIUM_G]), real_sum(sum[MEDIUM_B]));
+    const real height = FROM_LANES(HEIGHT), slope_x = FROM_LANES(SLOPE_X), slope_y = FROM_LANES(SLOPE_Y);
+    const mask packed = as_mask(FROM_LANES(NORMAL));
+    lit &= height > UNLIT;
+    // The light ray through the sample meets the plane of the texel's geometric normal.
+    const real light_z =
+        height + (slope_x * (film_x - column - sample_x) + slope_y * (film_y - row - sample_y)) / view.scale;
+    const real3 n_i = shading_normal(packed);
+    const real3 w12 = refract_into(towards_light(), n_i, transport.boundary);
+    const real T12 = fresnel_transmittance(n_i.z, transport.boundary);
+    const DipoleGeometry geometry =
+        dipole_geometry(real3_make(p.x - light_x, p.y - light_y, p.z - light_z), w12, n_i, n_o);
+    const real factor = real_select(lit, weight * T12, real_splat(0.0f));
+    UNROLL for (uint m = 0; m < MEDIA; ++m) sum[m] += factor * bssrdf(transport.media[m], geometry);
   }
-  return radiance;
+  return light->irradiance.xyz * (float3)(real_sum(sum[MEDIUM_R]), real_sum(sum[MEDIUM_G]), real_sum(sum[MEDIUM_B]));
 }
 
 static Transport make_transport(__constant Light* lights, __global const float4* map, __constant Medium* media,
@@ -278,14 +266,14 @@ __kernel void layers_resolve(const View view, __global const uint* restrict ids,
   slots[first + i] = ids[i] != NO_TRIANGLE ? 0 : NO_SLOT;
 }
 
-// The needed texels' points: (x, texel) and (n_s, 0), and for each light where their samples are centred.
+// The needed texels' points: (x, texel) and (n_s, 0), and where their samples are centred: light after light.
 __kernel void layers_points(__constant View* views, const uint n_points, __global const uint* restrict needed,
                             __global const uint* restrict ids, __global const float4* restrict positions,
                             __global const uint* restrict triangles, __global const float* restrict normals,
                             __constant Light* lights, __global const float4* restrict map, const Boundary boundary,
                             const Density density, __global const float2* restrict rho,
                             __global const float2* restrict extent, __constant uint* level_first, const uint levels,
-                            __global float4* restrict points, __global float4* restrict centres) {
+                            const uint n_lights, __global float4* restrict points, __global float4* restrict centres) {
   const uint i = (uint)get_global_id(0);
   if (i >= n_points) return;
   const uint texel = needed[i], size = views[0].width * views[0].height, layer = texel / size, t = texel % size;
@@ -294,28 +282,28 @@ __kernel void layers_points(__constant View* views, const uint n_points, __globa
   const Surface s = surface_at(view, px, py, ids[texel], positions, triangles, normals);
   points[2 * i] = (float4)(s.x, as_float(texel | POINT_BITS));
   points[2 * i + 1] = (float4)(s.n_s, 0.0f);
-  for (uint l = 0; l < LIGHTS; ++l)
-    centres[LIGHTS * i + l] =
+  for (uint l = 0; l < n_lights; ++l)
+    centres[l * n_points + i] =
         sampling_centre(s.x, s.n_s, lights + l, map, boundary, density, rho, extent, level_first, levels);
 }
 
-// One frame: a round of samples for both halves of every needed texel. values[2 i + half] sums rounds, RGB.
+// Some rounds of samples of one light for both halves of every point: values[2 i + half] sums them, RGB, and what was
+// there before.
 __kernel void layers_accumulate(const uint n_points, __global const float4* restrict points,
-                                __global const float4* restrict centres, __constant Light* lights,
+                                __global const float4* restrict centres, const uint l, __constant Light* lights,
                                 __global const float4* restrict map, __constant Medium* media, const Boundary boundary,
                                 const Density density, __global const float2* restrict rho, const uint seed,
-                                const uint frame, __global float4* restrict values) {
+                                const uint round, const uint rounds, const uint add, __global float4* restrict values) {
   const uint i = (uint)get_global_id(0);
   if (i >= 2 * n_points) return;
   const uint half_index = i >= n_points, point = i - half_index * n_points;  // one half's maps stay in the caches
   const Transport transport = make_transport(lights, map, media, boundary, density, rho, seed);
   const float4 x = points[2 * point];
-  float4 centre[LIGHTS];
-  for (uint l = 0; l < LIGHTS; ++l) centre[l] = centres[LIGHTS * point + l];
-  const float3 radiance = scattered_radiance(transport, x.xyz, points[2 * point + 1].xyz, as_uint(x.w) & ~POINT_BITS,
-                                             half_index, frame, 1, centre);
+  const float3 radiance =
+      scattered_radiance(transport, l, centres[l * n_points + point], x.xyz, points[2 * point + 1].xyz,
+                         as_uint(x.w) & ~POINT_BITS, half_index, round, rounds);
   const uint slot = 2 * point + half_index;
-  const float4 before = frame == 0 ? (float4)(0.0f) : values[slot];
+  const float4 before = add ? values[slot] : (float4)(0.0f);
   values[slot] = before + (float4)(radiance, 0.0f);
 }
 

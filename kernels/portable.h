@@ -46,6 +46,8 @@ KERNEL_HEADER_END
 #define SHARED static inline
 #define LIT(x) (x##f)
 #define CONSTANTS(T) T
+// Before a loop over a private array: a GPU keeps the array in registers once every index is a constant.
+#define UNROLL _Pragma("unroll")
 #define PARALLEL_LIMIT 1e-12f
 #define TINY 1e-36f
 

@@ -13,21 +13,22 @@ __kernel void pyramids_level(__constant View* views, const uint layers, const ui
   const uint layer = i / per_layer, x = i % parent_size, y = i % per_layer / parent_size;
   const float texel = (float)(1u << (level - 1)) / views[layer].scale;  // side of a child
 
+  // A child without surface weighs nothing.
   uint slot[4];
   float3 n[4], at[4];  // normal and place of each child, in the layer's frame relative to the parent's centre
   float coverage[4];
   uint children = 0;
-  for (uint c = 0; c < 4; ++c) {
+  UNROLL for (uint c = 0; c < 4; ++c) {
     const uint cx = 2 * x + (c & 1), cy = 2 * y + (c >> 1);
-    if (cx >= size || cy >= size) continue;
     const uint child = level_first[level - 1] + (layer * size + cy) * size + cx;
-    if (slots[child] == NO_SLOT) continue;
-    const float4 g = geometry[child];
-    slot[children] = slots[child];
-    n[children] = g.xyz;
-    at[children] = (float3)(((float)(c & 1) - 0.5f) * texel, ((float)(c >> 1) - 0.5f) * texel, g.w);
-    coverage[children] = level > 1 ? values[2 * slot[children]].w : 1.0f;
-    ++children;
+    const int inside = cx < size && cy < size;
+    slot[c] = inside ? slots[child] : NO_SLOT;
+    const int covered = slot[c] != NO_SLOT;
+    const float4 g = covered ? geometry[child] : (float4)(0.0f);
+    n[c] = g.xyz;
+    at[c] = (float3)(((float)(c & 1) - 0.5f) * texel, ((float)(c >> 1) - 0.5f) * texel, g.w);
+    coverage[c] = !covered ? 0.0f : level > 1 ? values[2 * slot[c]].w : 1.0f;
+    children += covered ? 1 : 0;
   }
   const uint parent = level_first[level] + i;
   slots[parent] = NO_SLOT;
@@ -35,22 +36,23 @@ __kernel void pyramids_level(__constant View* views, const uint layers, const ui
   if (children == 0) return;
 
   // The parent takes after the child that agrees best with all: same facing, same plane.
-  float weight[4], best = -1.0f;
-  for (uint r = 0; r < children; ++r) {
+  float weight[4] = {0.0f, 0.0f, 0.0f, 0.0f}, best = -1.0f;
+  UNROLL for (uint r = 0; r < 4; ++r) {
+    if (slot[r] == NO_SLOT) continue;
     float candidate[4], sum = 0.0f;
-    for (uint c = 0; c < children; ++c) {
+    UNROLL for (uint c = 0; c < 4; ++c) {
       const float facing = fmax(dot(n[r], n[c]), 0.0f), off = dot(at[c] - at[r], n[r]) / texel;
       candidate[c] = coverage[c] * facing * facing * fmax(1.0f - off * off, 0.0f);
       sum += candidate[c];
     }
-    if (sum > best) {
-      best = sum;
-      for (uint c = 0; c < children; ++c) weight[c] = candidate[c];
-    }
+    const int better = sum > best;
+    best = better ? sum : best;
+    UNROLL for (uint c = 0; c < 4; ++c) weight[c] = better ? candidate[c] : weight[c];
   }
   float3 normal = (float3)(0.0f), place = (float3)(0.0f);
   float4 a = (float4)(0.0f), b = (float4)(0.0f);
-  for (uint c = 0; c < children; ++c) {
+  UNROLL for (uint c = 0; c < 4; ++c) {
+    if (slot[c] == NO_SLOT) continue;
     normal += weight[c] * n[c];
     place += weight[c] * at[c];
     a += weight[c] * values[2 * slot[c]];

@@ -66,6 +66,11 @@ static float3 clip_edge(float3 a, float da, float3 b, float db) {
   const float dp = swap ? db : da, dq = swap ? da : db;
   return p + (q - p) * (dp / (dp - dq));
 }
+
+static void append(float3* polygon, uint* n, float3 corner) {
+  UNROLL for (uint v = 0; v < 8; ++v) polygon[v] = v == *n ? corner : polygon[v];
+  *n += *n < 8 ? 1 : 0;
+}
 #endif
 
 __kernel void raster_setup(const View view, __global const float4* restrict positions,
@@ -79,23 +84,27 @@ __kernel void raster_setup(const View view, __global const float4* restrict posi
 #if SLOTS == 1
   records[i] = raster_triangle(i, film_coordinates(view, a), film_coordinates(view, b), film_coordinates(view, c));
 #else
+  // Of at most 8 corners.
   float3 polygon[8], clipped[8];
   uint n = 3;
   polygon[0] = a;
   polygon[1] = b;
   polygon[2] = c;
+  UNROLL for (uint v = 3; v < 8; ++v) polygon[v] = a;
   for (uint k = view.near_distance > 0.0f ? 0 : 5; k < 5; ++k) {  // orthographic films hold the whole object
     uint m = 0;
-    for (uint v = 0; v < n; ++v) {
-      const float3 p = polygon[v], q = polygon[v + 1 < n ? v + 1 : 0];
+    UNROLL for (uint v = 0; v < 8; ++v) clipped[v] = a;
+    UNROLL for (uint v = 0; v < 8; ++v) {
+      if (v >= n) continue;
+      const float3 p = polygon[v], q = v + 1 < n ? polygon[(v + 1) & 7] : polygon[0];
       const float dp = plane_distance(view, k, p), dq = plane_distance(view, k, q);
-      if (dp >= 0.0f && m < 8) clipped[m++] = p;
-      if ((dp >= 0.0f) != (dq >= 0.0f) && m < 8) clipped[m++] = clip_edge(p, dp, q, dq);
+      if (dp >= 0.0f) append(clipped, &m, p);
+      if ((dp >= 0.0f) != (dq >= 0.0f)) append(clipped, &m, clip_edge(p, dp, q, dq));
     }
     n = m;
-    for (uint v = 0; v < n; ++v) polygon[v] = clipped[v];
+    UNROLL for (uint v = 0; v < 8; ++v) polygon[v] = clipped[v];
   }
-  for (uint s = 0; s < SLOTS; ++s) {
+  UNROLL for (uint s = 0; s < SLOTS; ++s) {
     RasterTriangle t;
     t.triangle = NO_TRIANGLE;
     if (s + 2 < n)

@@ -31,6 +31,8 @@ struct FilmBench : Bench {
     f.depth = compute.buffer<cl_uint>(pixels), f.ids = compute.buffer<cl_uint>(pixels);
     f.direct = compute.buffer<cl_uint>(pixels), f.n_direct = compute.buffer<cl_uint>(1);
     f.sums = compute.buffer<float4>(6 * pixels);
+    f.points = compute.buffer<float4>(2 * pixels), f.values = compute.buffer<float4>(2 * pixels);
+    f.centres = compute.buffer<float4>(pixels);
   }
   /// Needs every covered texel that `wanted` takes, with values that depend on the texel alone.
   void need(const std::function<bool(cl_uint)>& wanted, const std::function<float(cl_uint)>& value) {

@@ -92,7 +92,7 @@ void replay(const LitBench& b, int estimator, std::size_t point, std::uint32_t h
   const LightMaps& maps = b.passes.light_maps;
   const kernels::Light& light = maps.lights[l];
   const ExactView view(light.view);
-  const float4 x = b.at[2 * point], centre = b.centres[point * maps.lights.size() + l];
+  const float4 x = b.at[2 * point], centre = b.centres[l * b.n + point];
   const glm::dvec3 p = view.frame(exact(x) - view.origin), n_o = view.frame(exact(b.at[2 * point + 1]));
   const std::uint32_t scramble =
       kernels::hash_combine(kernels::hash_combine(std::bit_cast<std::uint32_t>(x.w) ^ 0x40000000U, b.passes.seed),

@@ -187,7 +187,7 @@ TEST_P(LightMap, SamplesAreCentredOnTheNearestLitSurface) {
         if (const MapTexel texel(map[light.map + k]); texel.lit)
           nearest.emplace_back(glm::length(to_rectangle(t - sample(texel, k), texel.slope)), k);
       std::sort(nearest.begin(), nearest.end());
-      const float4 c = centres[i * m.lights.size() + l];
+      const float4 c = centres[l * needed.size() + i];
       const std::string where = fmt::format("size {} light {} point {}", size, l, hex(x));
       // Coordinates up to `size` texels in float32, through some roundings.
       const double rounding = 8 * 0x1p-23 * size, least = nearest[0].first;

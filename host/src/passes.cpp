@@ -9,9 +9,9 @@
 namespace parian {
 namespace {
 
-constexpr std::size_t large_items = 1024;    // work-items that draw large triangles
-constexpr std::size_t direct_items = 16384;  // work-items that work off the pixels no layer sees
+constexpr std::size_t large_items = 1024;  // work-items that draw large triangles
 
+cl_uint n_lights(const Passes& p) { return static_cast<cl_uint>(p.light_maps.lights.size()); }
 std::size_t pixels(const kernels::Window& w) { return std::size_t{w.width} * w.height; }
 
 kernels::Window whole(const kernels::View& v, glm::ivec2 sample = {128, 128}) {
@@ -179,17 +179,27 @@ void set_needed(Passes& p, const std::vector<cl_uint>& needed) {
   k.values = p.compute.buffer<kernels::float4>(2 * (needed.size() + k.level_first.back() - k.level_first[1]));
   p.compute.launch("layers_points", k.n_points, Stage::layers, k.views_buffer, k.n_points, list, k.ids, g.positions,
                    g.triangles, g.normals, m.lights_buffer, m.map, p.plan.boundary, p.plan.density.parameters, p.rho,
-                   m.extent, m.level_first, m.levels, k.points, k.centres);
+                   m.extent, m.level_first, m.levels, n_lights(p), k.points, k.centres);
   p.compute.finish();
   p.compute.release(list);
   p.compute.release(k.ids);
 }
 
+namespace {
+
+void launch_accumulate(Passes& p, cl_uint n, const cl::Buffer& points, const cl::Buffer& centres, std::uint32_t round,
+                       std::uint32_t rounds, cl_uint add, const cl::Buffer& values, Stage stage) {
+  for (cl_uint l = 0; l < n_lights(p); ++l)
+    p.compute.launch("layers_accumulate", std::size_t{2} * n, stage, n, points, centres, l, p.light_maps.lights_buffer,
+                     p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.seed, round,
+                     rounds, l > 0 ? 1U : add, values);
+}
+
+}  // namespace
+
 void accumulate_layers(Passes& p, std::uint32_t frame) {
   const Layers& k = p.layers;
-  p.compute.launch("layers_accumulate", std::size_t{2} * k.n_points, Stage::layers, k.n_points, k.points, k.centres,
-                   p.light_maps.lights_buffer, p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters,
-                   p.rho, p.seed, frame, k.values);
+  launch_accumulate(p, k.n_points, k.points, k.centres, frame, 1, frame > 0 ? 1 : 0, k.values, Stage::layers);
 }
 
 void build_pyramids(Passes& p, std::uint32_t level) {
@@ -202,20 +212,27 @@ void build_pyramids(Passes& p, std::uint32_t level) {
 
 namespace {
 
+/// Pass 2's own function at the points of the film's list of pixels, some at a time.
 void launch_direct(Passes& p, const kernels::View& view, const kernels::Window& window, std::uint32_t round,
-                   std::uint32_t rounds, float sign, cl_uint sets, Stage stage) {
+                   std::uint32_t rounds, float sign, cl_uint sets, cl_uint n_direct, Stage stage) {
   const Geometry& g = p.geometry;
   const LightMaps& m = p.light_maps;
   const Film& f = p.film;
-  p.compute.launch("gather_direct", direct_items, stage, view, window, f.ids, g.positions, g.triangles, g.normals,
-                   m.lights_buffer, m.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.seed, m.extent,
-                   m.level_first, m.levels, round, rounds, sign, sets, f.n_direct, f.direct, f.sums);
+  for (cl_uint first = 0; first < n_direct; first += direct_points) {
+    const cl_uint n = std::min(n_direct - first, direct_points);
+    p.compute.launch("gather_points", n, stage, view, f.ids, window, g.positions, g.triangles, g.normals,
+                     m.lights_buffer, m.map, p.plan.boundary, p.plan.density.parameters, p.rho, m.extent, m.level_first,
+                     m.levels, n_lights(p), first, n, f.direct, f.points, f.centres);
+    launch_accumulate(p, n, f.points, f.centres, round, rounds, 0, f.values, stage);
+    p.compute.launch("gather_direct", n, stage, first, n, f.direct, f.points, f.values,
+                     sign / static_cast<float>(rounds), sets, static_cast<cl_uint>(pixels(window)), f.sums);
+  }
 }
 
 }  // namespace
 
-void gather(Passes& p, const kernels::View& view, const kernels::Window& window, const std::vector<cl_uint>& levels,
-            float scale, std::uint32_t round, std::uint32_t rounds, Stage stage) {
+cl_uint gather(Passes& p, const kernels::View& view, const kernels::Window& window, const std::vector<cl_uint>& levels,
+               float scale, std::uint32_t round, std::uint32_t rounds, Stage stage) {
   const Geometry& g = p.geometry;
   const Layers& k = p.layers;
   const Film& f = p.film;
@@ -227,15 +244,16 @@ void gather(Passes& p, const kernels::View& view, const kernels::Window& window,
   p.compute.launch("gather_pixels", pixels(window), stage, view, window, f.ids, g.positions, g.triangles, g.normals,
                    k.views_buffer, k.level_first_buffer, k.geometry, k.slots, k.count(), k.size, k.values, scale,
                    p.plan.boundary, level, sets, f.sums, f.n_direct, f.direct);
-  launch_direct(p, view, window, round, rounds, 1.0F, sets, stage);
+  const cl_uint n_direct = p.compute.read<cl_uint>(f.n_direct, 1)[0];
+  launch_direct(p, view, window, round, rounds, 1.0F, sets, n_direct, stage);
+  return n_direct;
 }
 
 void subtract_direct(Passes& p, const kernels::View& view, const kernels::Window& window,
                      const std::vector<cl_uint>& chosen, std::uint32_t round, std::uint32_t rounds, Stage stage) {
   if (chosen.empty()) return;
   p.compute.write(p.film.direct, chosen);
-  p.compute.fill(p.film.n_direct, static_cast<cl_uint>(chosen.size()), 1);
-  launch_direct(p, view, window, round, rounds, -1.0F, 1, stage);
+  launch_direct(p, view, window, round, rounds, -1.0F, 1, static_cast<cl_uint>(chosen.size()), stage);
 }
 
 }  // namespace parian

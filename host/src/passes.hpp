@@ -36,9 +36,11 @@ struct Layers {
   [[nodiscard]] cl_uint count() const { return static_cast<cl_uint>(views.size()); }
 };
 
-/// The camera's film: halves A and B for up to three pyramid levels, and the list of pixels that no layer sees.
+/// The camera's film: halves A and B for up to three pyramid levels, the list of pixels that no layer sees, and the
+/// points of some of them with their values.
 struct Film {
   cl::Buffer depth, ids, sums, direct, n_direct;
+  cl::Buffer points, centres, values;
 };
 
 /// What all passes share.
@@ -61,8 +63,7 @@ void upload_geometry(Passes& p, const Mesh& mesh);
 void setup_view(Passes& p, const kernels::View& view, Stage stage);
 void draw(Passes& p, const kernels::Window& window, const cl::Buffer& depth, const cl::Buffer* ids, Stage stage);
 
-/// Pass 1: (re)draws the maps of all lights with the sub-texel shifts of `epoch`; the height pyramids come from epoch
-/// 0.
+/// Pass 1: (re)draws the maps of all lights with the sub-texel shifts of `epoch`, and their height pyramids.
 void make_light_maps(Passes& p, const std::vector<glm::dvec3>& points, std::uint32_t size);
 void draw_light_maps(Passes& p, std::uint32_t epoch, bool shift);
 
@@ -79,9 +80,9 @@ void accumulate_layers(Passes& p, std::uint32_t frame);
 void build_pyramids(Passes& p, std::uint32_t level);
 
 /// Pass 4: adds one subpixel position of a window of a view to the film, for the given levels. `scale` is 1 / frames;
-/// pixels that no layer sees take `rounds` rounds of samples from round `round` on.
-void gather(Passes& p, const kernels::View& view, const kernels::Window& window, const std::vector<cl_uint>& levels,
-            float scale, std::uint32_t round, std::uint32_t rounds, Stage stage);
+/// pixels that no layer sees take `rounds` rounds of samples from round `round` on, and are counted.
+cl_uint gather(Passes& p, const kernels::View& view, const kernels::Window& window, const std::vector<cl_uint>& levels,
+               float scale, std::uint32_t round, std::uint32_t rounds, Stage stage);
 /// Subtracts from the film what pass 2's function gives at the points of some pixels themselves, at the subpixel
 /// position that `gather` has just added.
 void subtract_direct(Passes& p, const kernels::View& view, const kernels::Window& window,

@@ -168,7 +168,8 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
   plan.largest = std::max({records, maps, values, film, texels * 32, texels * 16 * plan.lights.size()});
   plan.bytes = scene.mesh.positions.size() * 16 + triangles * (12 + 36) + records + triangles * plan.slots * 4 + maps +
                plan.lights.size() * map * 11 + map * 8 + texels * 12 + all_levels * 20 + values +
-               texels * (32 + 16 * plan.lights.size()) + film + pixels * 12 + (std::uint64_t{2} << 20);
+               (texels + std::min<std::uint64_t>(pixels, direct_points)) * (32 + 16 * plan.lights.size()) + film +
+               pixels * 12 + (std::uint64_t{4} << 20);
   const auto mib = [](std::uint64_t b) { return static_cast<double>(b) / 1048576.0; };
   constexpr std::uint64_t index_limit = std::uint64_t{1} << 30;  // texels and triangles are numbered in 32 bits
   const bool too_many = all_levels > index_limit || plan.lights.size() * 2 * map > index_limit ||
@@ -235,11 +236,10 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
   }
   const int estimator = settings.estimator == Estimator::radial ? 1 : settings.estimator == Estimator::disc ? 2 : 0;
   plan.options = fmt::format(
-      "-cl-std=CL1.2 -DVW={} -DMODEL={} -DESTIMATOR={} -DLIGHTS={} -DMEDIA={} -DMEDIUM_R={} -DMEDIUM_G={} "
-      "-DMEDIUM_B={} "
-      "-DSLOTS={}",
-      plan.lanes, static_cast<int>(settings.model), estimator, plan.lights.size(), plan.media.size(), plan.medium_of[0],
-      plan.medium_of[1], plan.medium_of[2], plan.slots);
+      "-cl-std=CL1.2 -DVW={} -DMODEL={} -DESTIMATOR={} -DMEDIA={} -DMEDIUM_R={} -DMEDIUM_G={} "
+      "-DMEDIUM_B={} -DSLOTS={}",
+      plan.lanes, static_cast<int>(settings.model), estimator, plan.media.size(), plan.medium_of[0], plan.medium_of[1],
+      plan.medium_of[2], plan.slots);
   plan_memory(plan, scene, settings, device);
   return plan;
 }

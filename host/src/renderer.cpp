@@ -47,6 +47,10 @@ void Renderer::State::allocate_film() {
   f.ids = compute.buffer<cl_uint>(pixels);
   f.direct = compute.buffer<cl_uint>(pixels);
   f.n_direct = compute.buffer<cl_uint>(1);
+  const std::size_t held = std::min<std::size_t>(pixels, direct_points);
+  f.points = compute.buffer<kernels::float4>(2 * held);
+  f.centres = compute.buffer<kernels::float4>(plan.lights.size() * held);
+  f.values = compute.buffer<kernels::float4>(2 * held);
   f.sums = compute.buffer<kernels::float4>(pixels * 2 * (plan.pyramids ? 3 : 1));
 }
 
@@ -171,8 +175,7 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
         const glm::ivec2 s = subpixel_position(i, 0);
         w.sample_x = s.x;
         w.sample_y = s.y;
-        gather(passes, view, w, levels, 1.0F / static_cast<float>(frame), i * rounds, rounds, Stage::gather);
-        direct += compute.read<cl_uint>(passes.film.n_direct, 1)[0];
+        direct += gather(passes, view, w, levels, 1.0F / static_cast<float>(frame), i * rounds, rounds, Stage::gather);
       }
       compute.finish();
     }

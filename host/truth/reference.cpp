@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::uint32_t least_entries = 4;  // per light and point of exit
 constexpr float covered = 0.999F;           // alpha from which a pixel counts for its own relMSE
-constexpr std::uint32_t pilot_rays = 64;    // that find out whether a pixel straddles an edge
+constexpr std::uint32_t pilot_rays = 256;   // that find out whether a pixel straddles an edge
 constexpr std::uint32_t at_edges = 8;       // times as many camera rays in pixels that do
 
 kernels::real3 to_real3(glm::dvec3 v) { return {v.x, v.y, v.z}; }
