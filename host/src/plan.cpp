@@ -153,7 +153,9 @@ void check_scene(const Scene& scene) {
 
 void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const DeviceInfo& device) {
   const std::uint64_t triangles = scene.mesh.triangles.size(),
-                      texels = std::uint64_t{settings.layer_size} * settings.layer_size * settings.layers;
+                      texels = settings.gather == Gather::camera
+                                   ? 0
+                                   : std::uint64_t{settings.layer_size} * settings.layer_size * settings.layers;
   const std::uint64_t map = std::uint64_t{settings.light_map_size} * settings.light_map_size;
   const std::uint64_t pixels =
       std::uint64_t{std::min(scene.film.x, window_limit)} * std::min(scene.film.y, window_limit);
@@ -164,11 +166,13 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
   }
   const std::uint64_t records = triangles * plan.slots * sizeof(kernels::RasterTriangle);
   const std::uint64_t maps = plan.lights.size() * 2 * map * 16;
-  const std::uint64_t values = all_levels * 32, film = pixels * 32 * 3;
+  const std::uint64_t values = all_levels * 32, film = pixels * 32 * (settings.gather == Gather::camera ? 1 : 3);
+  const std::uint64_t films =
+      settings.gather == Gather::camera ? std::uint64_t{scene.film.x} * scene.film.y * scene.cameras.size() * 32 : film;
   plan.largest = std::max({records, maps, values, film, texels * 32, texels * 16 * plan.lights.size()});
   plan.bytes = scene.mesh.positions.size() * 16 + triangles * (12 + 36) + records + triangles * plan.slots * 4 + maps +
                plan.lights.size() * map * 11 + map * 8 + texels * 12 + all_levels * 20 + values +
-               (texels + std::min<std::uint64_t>(pixels, direct_points)) * (32 + 16 * plan.lights.size()) + film +
+               (texels + std::min<std::uint64_t>(pixels, direct_points)) * (32 + 16 * plan.lights.size()) + films +
                pixels * 12 + (std::uint64_t{4} << 20);
   const auto mib = [](std::uint64_t b) { return static_cast<double>(b) / 1048576.0; };
   constexpr std::uint64_t index_limit = std::uint64_t{1} << 30;  // texels and triangles are numbered in 32 bits

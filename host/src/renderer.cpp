@@ -51,7 +51,34 @@ void Renderer::State::allocate_film() {
   f.points = compute.buffer<kernels::float4>(2 * held);
   f.centres = compute.buffer<kernels::float4>(plan.lights.size() * held);
   f.values = compute.buffer<kernels::float4>(2 * held);
+  if (settings.gather == Gather::camera) {  // every tile of every view keeps its sums from frame to frame
+    for (std::size_t camera = 0; camera < cameras.size(); ++camera)
+      for (const kernels::Window& w : tiles(scene.film)) {
+        const std::size_t values = std::size_t{w.width} * w.height * 2;
+        camera_sums.push_back(compute.buffer<kernels::float4>(values));
+        compute.fill(camera_sums.back(), 0, 4 * values);
+      }
+    return;
+  }
   f.sums = compute.buffer<kernels::float4>(pixels * 2 * (plan.pyramids ? 3 : 1));
+}
+
+/// One frame of the cameras' own views: each pixel's point at this frame's subpixel position, by pass 2's function.
+void Renderer::State::accumulate_cameras() {
+  std::size_t tile = 0;
+  std::uint64_t direct = 0;
+  for (const kernels::View& view : cameras) {
+    setup_view(passes, view, Stage::gather);
+    for (kernels::Window w : tiles(scene.film)) {
+      const glm::ivec2 s = subpixel_position(frame, 0);
+      w.sample_x = s.x;
+      w.sample_y = s.y;
+      passes.film.sums = camera_sums[tile++];
+      direct += gather(passes, view, w, {0}, 1.0F, frame, 1, Stage::gather);
+    }
+  }
+  direct_evaluations += static_cast<double>(direct) * samples_per_frame() * plan.channels();
+  fallback_pixels = direct;
 }
 
 /// One subpixel position tells a pixel's error where texels are larger than pixels; elsewhere about one per texel does.
@@ -127,8 +154,12 @@ void Renderer::frame() {
       draw_light_maps(s.passes, epoch, s.settings.light_map_shift);
       s.compute.finish();
     }
-    Timer timer(s.statistics.seconds.layers);
-    accumulate_layers(s.passes, s.frame);
+    const bool of_cameras = s.settings.gather == Gather::camera;
+    Timer timer(of_cameras ? s.statistics.seconds.gather : s.statistics.seconds.layers);
+    if (of_cameras)
+      s.accumulate_cameras();
+    else
+      accumulate_layers(s.passes, s.frame);
     s.compute.finish();
     ++s.frame;
   });
@@ -160,15 +191,20 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
     unbuilt += all - built;
     compute.finish();
   }
+  const bool of_cameras = settings.gather == Gather::camera;  // the sums are there
   std::uint64_t direct = 0;
-  {
+  if (!of_cameras) {
     Timer timer(statistics.seconds.gather);
     setup_view(passes, view, Stage::gather);
   }
+  const float weight = 1.0F / static_cast<float>(of_cameras ? frame : positions);
+  std::size_t tile = camera * tiles(scene.film).size();
   const std::uint32_t rounds = (frame + positions - 1) / positions;
   for (kernels::Window w : tiles(scene.film)) {
     const std::size_t pixels = std::size_t{w.width} * w.height;
-    {
+    if (of_cameras) {
+      passes.film.sums = camera_sums[tile++];
+    } else {
       Timer timer(statistics.seconds.gather);
       compute.fill(passes.film.sums, 0, pixels * 8 * levels.size());
       for (std::uint32_t i = 0; i < positions; ++i) {
@@ -182,7 +218,6 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
     Timer timer(statistics.seconds.read);
     const std::vector<kernels::float4> sums =
         compute.read<kernels::float4>(passes.film.sums, pixels * 2 * levels.size());
-    const float weight = 1.0F / static_cast<float>(positions);
     for (std::size_t set = 0; set < levels.size(); ++set)
       for (std::size_t i = 0; i < pixels; ++i) {
         const kernels::float4 a = sums[2 * (set * pixels + i)], b = sums[2 * (set * pixels + i) + 1];
@@ -192,8 +227,10 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
         halves[set].alpha[at] = a.w * weight;
       }
   }
-  direct_evaluations += static_cast<double>(direct) * rounds * samples_per_frame() * plan.channels();
-  fallback_pixels = (direct + positions - 1) / positions;
+  if (!of_cameras) {
+    direct_evaluations += static_cast<double>(direct) * rounds * samples_per_frame() * plan.channels();
+    fallback_pixels = (direct + positions - 1) / positions;
+  }
   for (Halves& h : halves) {
     h.a0 = halves.back().a;
     h.b0 = halves.back().b;

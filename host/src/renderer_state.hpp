@@ -38,7 +38,8 @@ struct Renderer::State {
   Plan plan;
   Passes passes;
   std::vector<kernels::View> cameras;
-  std::vector<glm::dvec3> points;  // the mesh's positions in object units
+  std::vector<cl::Buffer> camera_sums;  // with Gather::camera: of each tile of each view, over frames
+  std::vector<glm::dvec3> points;       // the mesh's positions in object units
   Statistics statistics;
   std::uint32_t frame = 0, epoch = 0;
   std::uint32_t level = 0;  // of the pyramids, as shown by the last estimate
@@ -52,6 +53,7 @@ struct Renderer::State {
   void prepare();
   void plan_layers();
   void allocate_film();
+  void accumulate_cameras();
   void leave_out(const std::string& what, const std::string& why, const std::string& unit, double count);
   [[nodiscard]] std::uint32_t samples_per_frame() const;
   [[nodiscard]] std::uint32_t positions_of_estimate(std::size_t camera) const;
