@@ -9,6 +9,9 @@
 #define PI_F 3.14159265358979f
 #define POINT_BITS 0x40000000u  // with them an index kept as a float is a normal number, which no device flushes
 #define NO_SLOT 0xffffffffu     // of a texel without values
+#define NO_TEXEL 0xffffffffu
+#define CLOSE_ENOUGH 0.9f  // squared distance, as a part of the nearest found, that isn't worth a search
+#define GUESS_STEP 8u      // one point in so many is searched for without a guess
 
 // What every evaluation reads: lights with their maps, the medium, and the density of samples.
 typedef struct {
@@ -42,49 +45,82 @@ static float3 to_piece(float3 t, float2 slope) {
   return dot(a, a) < dot(b, b) ? a : b;
 }
 
+// Squares of the distances from t to the boxes of a node's four children in the height pyramid, in units of texels;
+// FLT_MAX where there is none.
+static float4 child_distances(float3 t, __constant Light* light, __global const float2* extent,
+                              __constant uint* level_first, uint level, uint x, uint y) {
+  const uint below = level - 1, size = (light->view.width + (1u << below) - 1) >> below;
+  const float side = (float)(1u << below), scale = light->view.scale;
+  __global const float2* first = extent + light->extent + level_first[below];
+  float2 z[4];
+  UNROLL for (uint c = 0; c < 4; ++c) {
+    const uint cx = 2 * x + (c & 1), cy = 2 * y + (c >> 1);
+    z[c] = cx < size && cy < size ? first[cy * size + cx] : (float2)(FLT_MAX, -FLT_MAX);
+  }
+  const float4 bottom = (float4)(z[0].x, z[1].x, z[2].x, z[3].x), top = (float4)(z[0].y, z[1].y, z[2].y, z[3].y);
+  const float4 left = ((float)(2 * x) + (float4)(0.0f, 1.0f, 0.0f, 1.0f)) * side;
+  const float4 front = ((float)(2 * y) + (float4)(0.0f, 0.0f, 1.0f, 1.0f)) * side;
+  const float4 away_x = fmax(fmax(left - t.x, t.x - left - side), 0.0f);
+  const float4 away_y = fmax(fmax(front - t.y, t.y - front - side), 0.0f);
+  const float4 away_z = fmax(fmax(bottom * scale - t.z, t.z - top * scale), 0.0f);
+  return select((float4)(FLT_MAX), away_x * away_x + away_y * away_y + away_z * away_z, bottom <= top);
+}
+
+// Of four distances the least that comes after (d, child), equal ones in order: (distance, child), child 4 if none is.
+static float2 next_child(float4 distances, float d, int child) {
+  const float of[4] = {distances.x, distances.y, distances.z, distances.w};
+  float least = FLT_MAX;
+  int found = 4;
+  UNROLL for (int c = 0; c < 4; ++c) {
+    const int after = of[c] > d || (of[c] == d && c > child);
+    found = after && of[c] < least ? c : found;
+    least = after ? fmin(of[c], least) : least;
+  }
+  return (float2)(least, (float)found);
+}
+
 // The square of the distance from t to the nearest lit surface, its place in the light's plane and its texel, all in
 // units of texels, with texel i's piece of surface over [i, i + 1]; FLT_MAX where nothing is lit. Depth-first through
-// the height pyramid, from the child in whose quarter t lies to the opposite one; without a stack, which a GPU would
-// keep in memory.
+// the height pyramid, nearest child first, and without a stack, which a GPU would keep in memory: on the way up, the
+// order of the children is found again.
 static float nearest_lit(float3 t, __constant Light* light, __global const float4* map, __global const float2* extent,
                          __constant uint* level_first, uint levels, float2* place, uint* texel) {
   const float scale = light->view.scale;
+  const uint width = light->view.width;
   float nearest = FLT_MAX;
-  for (uint level = levels - 1, x = 0, y = 0;;) {
-    const float side = (float)(1u << level);
-    const uint size = (light->view.width + (1u << level) - 1) >> level;
-    const float2 z =
-        x < size && y < size ? extent[light->extent + level_first[level] + y * size + x] : (float2)(FLT_MAX, -FLT_MAX);
-    const float3 low = (float3)((float)x * side, (float)y * side, z.x * scale);
-    const float3 away = fmax(fmax(low - t, t - (float3)(low.xy + side, z.y * scale)), 0.0f);
-    if (z.x <= z.y && dot(away, away) < nearest) {
-      if (level > 0) {
-        --level;
-        x = 2 * x + (t.x >= low.x + 0.5f * side);
-        y = 2 * y + (t.y >= low.y + 0.5f * side);
-        continue;
-      }
-      const uint i = y * light->view.width + x;
+  uint level = levels - 1, x = 0, y = 0, i = NO_TEXEL;
+  *texel = 0;
+  for (;;) {
+    if (i != NO_TEXEL) {
       const float4 piece = map[light->map + i];
-      const float3 to_it = to_piece(t - (float3)(low.xy + 0.5f, piece.x * scale), piece.yz);
-      if (dot(to_it, to_it) < nearest) {
-        nearest = dot(to_it, to_it);
+      const float3 to_it =
+          to_piece(t - (float3)((float)(i % width) + 0.5f, (float)(i / width) + 0.5f, piece.x * scale), piece.yz);
+      const float away = dot(to_it, to_it);
+      if (away < nearest) {
+        nearest = away;
         *place = t.xy + to_it.xy;
         *texel = i;
       }
     }
-    for (;; ++level, x >>= 1, y >>= 1) {  // on to the next child, or up behind the last
+    const float bound = nearest * CLOSE_ENOUGH;
+    float2 next = (float2)(0.0f, 4.0f);
+    if (level > 0) next = next_child(child_distances(t, light, extent, level_first, level, x, y), -1.0f, 4);
+    while (!(next.x < bound && next.y < 4.0f)) {
       if (level + 1 == levels) return nearest;
-      const float parent = (float)(2u << level);
-      const uint own =
-          (uint)(t.x >= ((float)(x >> 1) + 0.5f) * parent) | (uint)(t.y >= ((float)(y >> 1) + 0.5f) * parent) << 1;
-      const uint turn = ((x & 1u) | (y & 1u) << 1) ^ own;
-      if (turn == 3) continue;
-      const uint next = (turn + 1) ^ own;
-      x = (x & ~1u) | (next & 1u);
-      y = (y & ~1u) | next >> 1;
-      break;
+      const int own = (int)((x & 1u) | (y & 1u) << 1);
+      ++level;
+      x >>= 1;
+      y >>= 1;
+      const float4 distances = child_distances(t, light, extent, level_first, level, x, y);
+      const float at[4] = {distances.x, distances.y, distances.z, distances.w};
+      float of_own = at[0];
+      UNROLL for (int c = 1; c < 4; ++c) of_own = own == c ? at[c] : of_own;
+      next = next_child(distances, of_own, own);
     }
+    --level;
+    x = 2 * x + ((uint)next.y & 1u);
+    y = 2 * y + ((uint)next.y >> 1);
+    i = level == 0 ? y * width + x : NO_TEXEL;
   }
 }
 #endif
@@ -102,7 +138,7 @@ static float4 sampling_centre(float3 x, float3 n, __constant Light* light, __glo
   const float3 t = (float3)(p.x * scale + light->view.centre_x - corner.x,
                             p.y * scale + light->view.centre_y - corner.y, p.z * scale);
   float2 centre = t.xy;
-  uint texel = 0;
+  uint texel;
   const float nearest = nearest_lit(t, light, map, extent, level_first, levels, &centre, &texel);
   centre += corner;
   // Light that runs along the surface at x has its real source near the surface: mu_0 / 3 mean free paths (FHK 25).
@@ -266,7 +302,8 @@ __kernel void layers_resolve(const View view, __global const uint* restrict ids,
   slots[first + i] = ids[i] != NO_TRIANGLE ? 0 : NO_SLOT;
 }
 
-// The needed texels' points: (x, texel) and (n_s, 0), and where their samples are centred: light after light.
+// The needed texels' points: (x, texel) and (n_s, 0),
+// and where their samples are centred: light after light.
 __kernel void layers_points(__constant View* views, const uint n_points, __global const uint* restrict needed,
                             __global const uint* restrict ids, __global const float4* restrict positions,
                             __global const uint* restrict triangles, __global const float* restrict normals,

@@ -191,28 +191,30 @@ TEST_P(LightMap, SamplesAreCentredOnTheNearestLitSurface) {
       const std::string where = fmt::format("size {} light {} point {}", size, l, hex(x));
       // Coordinates up to `size` texels in float32, through some roundings.
       const double rounding = 8 * 0x1p-23 * size, least = nearest[0].first;
-      // Any texel whose piece is as near, within rounding, may be the centre's.
+      // Any texel whose piece is nearly as near may be the centre's: the square of the distance within a tenth.
       double off = INFINITY, off_h = INFINITY;
       bool is_along = false;
       const glm::dvec2 chosen(c.x * scale + light.view.centre_x, c.y * scale + light.view.centre_y);
       for (const auto& [d, k] : nearest) {
-        if (d > least + rounding) break;
+        if (d > least / std::sqrt(0.9) + rounding) break;
         const MapTexel texel(map[light.map + k]);
         const glm::dvec2 on_piece = chosen - glm::dvec2(sample(texel, k));
         const double outside = std::max(std::fabs(on_piece.x), std::fabs(on_piece.y)) - 0.5;
         const double farther =
-            glm::length(glm::dvec3(chosen, sample(texel, k).z + glm::dot(texel.slope, on_piece)) - t) - least;
+            glm::length(glm::dvec3(chosen, sample(texel, k).z + glm::dot(texel.slope, on_piece)) - t) - d;
         // A piece leans up to ten times as far as it is wide.
-        off = std::min(off, std::max(outside, farther) / (8 * rounding));
+        const double off_k = std::max(outside, farther) / (8 * rounding);
         const kernels::real3 w12 = kernels::refract_into({0, 0, 1}, {texel.n.x, texel.n.y, texel.n.z}, b.plan.boundary);
         const double mu_0 = -glm::dot(glm::dvec3(w12.x, w12.y, w12.z), view.frame(exact(points[2 * i + 1])));
         const double smaller = mu_0 > 0 ? std::clamp(mu_0 / 0.75, double{LEAST_H_MIN}, 1.0) : 1.0;
-        const double h = std::hypot(smaller * density.h_min, least / scale);
+        const double h = std::hypot(smaller * density.h_min, d / scale);
         // Around mu_0 = 0, either.
-        const double h_0 = std::fabs(mu_0) < 1e-6 ? std::hypot(density.h_min, least / scale) : h;
+        const double h_0 = std::fabs(mu_0) < 1e-6 ? std::hypot(density.h_min, d / scale) : h;
         const double tolerance = 1e-6 * h + rounding / scale;
-        if (std::fabs(c.z - h) / tolerance < off_h) is_along = smaller < 1;
-        off_h = std::min({off_h, std::fabs(c.z - h) / tolerance, std::fabs(c.z - h_0) / tolerance});
+        const double off_h_k = std::min(std::fabs(c.z - h), std::fabs(c.z - h_0)) / tolerance;
+        if (std::max(off_k, off_h_k) >= std::max(off, off_h)) continue;
+        off = off_k, off_h = off_h_k;
+        is_along = smaller < 1;
       }
       along += is_along;
       place.add(off, where);
