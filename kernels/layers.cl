@@ -9,9 +9,8 @@
 #define PI_F 3.14159265358979f
 #define POINT_BITS 0x40000000u  // with them an index kept as a float is a normal number, which no device flushes
 #define NO_SLOT 0xffffffffu     // of a texel without values
-#define NO_TEXEL 0xffffffffu
-#define CLOSE_ENOUGH 0.9f  // squared distance, as a part of the nearest found, that isn't worth a search
-#define GUESS_STEP 8u      // one point in so many is searched for without a guess
+#define CLOSE_ENOUGH 0.9f       // squared distance, as a part of the nearest found, that isn't worth a search
+#define GUESS_STEP 8u           // one point in so many is searched for without a guess
 
 // What every evaluation reads: lights with their maps, the medium, and the density of samples.
 typedef struct {
@@ -45,6 +44,11 @@ static float3 to_piece(float3 t, float2 slope) {
   return dot(a, a) < dot(b, b) ? a : b;
 }
 
+// The lowest and highest of a node of the height pyramid; beyond the border, as where nothing is lit, lowest > highest.
+static float2 node_extent(__global const float2* level, uint size, uint x, uint y) {
+  return x < size && y < size ? level[y * size + x] : (float2)(FLT_MAX, -FLT_MAX);
+}
+
 // Squares of the distances from t to the boxes of a node's four children in the height pyramid, in units of texels;
 // FLT_MAX where there is none.
 static float4 child_distances(float3 t, __constant Light* light, __global const float2* extent,
@@ -52,12 +56,9 @@ static float4 child_distances(float3 t, __constant Light* light, __global const 
   const uint below = level - 1, size = (light->view.width + (1u << below) - 1) >> below;
   const float side = (float)(1u << below), scale = light->view.scale;
   __global const float2* first = extent + light->extent + level_first[below];
-  float2 z[4];
-  UNROLL for (uint c = 0; c < 4; ++c) {
-    const uint cx = 2 * x + (c & 1), cy = 2 * y + (c >> 1);
-    z[c] = cx < size && cy < size ? first[cy * size + cx] : (float2)(FLT_MAX, -FLT_MAX);
-  }
-  const float4 bottom = (float4)(z[0].x, z[1].x, z[2].x, z[3].x), top = (float4)(z[0].y, z[1].y, z[2].y, z[3].y);
+  const float2 z0 = node_extent(first, size, 2 * x, 2 * y), z1 = node_extent(first, size, 2 * x + 1, 2 * y);
+  const float2 z2 = node_extent(first, size, 2 * x, 2 * y + 1), z3 = node_extent(first, size, 2 * x + 1, 2 * y + 1);
+  const float4 bottom = (float4)(z0.x, z1.x, z2.x, z3.x), top = (float4)(z0.y, z1.y, z2.y, z3.y);
   const float4 left = ((float)(2 * x) + (float4)(0.0f, 1.0f, 0.0f, 1.0f)) * side;
   const float4 front = ((float)(2 * y) + (float4)(0.0f, 0.0f, 1.0f, 1.0f)) * side;
   const float4 away_x = fmax(fmax(left - t.x, t.x - left - side), 0.0f);
@@ -66,69 +67,72 @@ static float4 child_distances(float3 t, __constant Light* light, __global const 
   return select((float4)(FLT_MAX), away_x * away_x + away_y * away_y + away_z * away_z, bottom <= top);
 }
 
-// Of four distances the least that comes after (d, child), equal ones in order: (distance, child), child 4 if none is.
+// Of four distances the least that comes after (d, child), equal ones in order: (distance, child); the distance is
+// FLT_MAX if none is.
 static float2 next_child(float4 distances, float d, int child) {
-  const float of[4] = {distances.x, distances.y, distances.z, distances.w};
-  float least = FLT_MAX;
-  int found = 4;
-  UNROLL for (int c = 0; c < 4; ++c) {
-    const int after = of[c] > d || (of[c] == d && c > child);
-    found = after && of[c] < least ? c : found;
-    least = after ? fmin(of[c], least) : least;
-  }
-  return (float2)(least, (float)found);
+  const int4 number = (int4)(0, 1, 2, 3);
+  const float4 left = select((float4)(FLT_MAX), distances, (distances > d) | ((distances == d) & (number > child)));
+  const float least = fmin(fmin(left.x, left.y), fmin(left.z, left.w));
+  const float found = left.x == least ? 0.0f : left.y == least ? 1.0f : left.z == least ? 2.0f : 3.0f;
+  return (float2)(least, found);
 }
 
-// The square of the distance from t to the nearest lit surface, its place in the light's plane and its texel, all in
-// units of texels, with texel i's piece of surface over [i, i + 1]; FLT_MAX where nothing is lit. Depth-first through
-// the height pyramid, nearest child first, and without a stack, which a GPU would keep in memory: on the way up, the
-// order of the children is found again.
-static float nearest_lit(float3 t, __constant Light* light, __global const float4* map, __global const float2* extent,
-                         __constant uint* level_first, uint levels, float2* place, uint* texel) {
+// The lit surface that is nearest to a point: the square of the distance, FLT_MAX where nothing is lit, its place in
+// the light's plane, and its texel.
+typedef struct {
+  float distance_sq;
+  float2 place;
+  uint texel;
+} Lit;
+
+// The lit surface that is nearest to t, all in units of texels, with texel i's piece over [i, i + 1]. Depth-first
+// through the height pyramid, nearest child first, and without a stack, which a GPU would keep in memory: on the way
+// up, the order of the children is found again.
+static Lit nearest_lit(float3 t, __constant Light* light, __global const float4* map, __global const float2* extent,
+                       __constant uint* level_first, uint levels) {
   const float scale = light->view.scale;
-  const uint width = light->view.width;
-  float nearest = FLT_MAX;
-  uint level = levels - 1, x = 0, y = 0, i = NO_TEXEL;
-  *texel = 0;
-  for (;;) {
-    if (i != NO_TEXEL) {
+  Lit nearest;
+  nearest.distance_sq = FLT_MAX;
+  nearest.place = t.xy;
+  nearest.texel = 0;
+  for (uint level = levels - 1, x = 0, y = 0;;) {
+    float2 next = (float2)(FLT_MAX, 0.0f);
+    if (level > 0) {
+      next = next_child(child_distances(t, light, extent, level_first, level, x, y), -1.0f, 0);
+    } else {
+      const uint i = y * light->view.width + x;
       const float4 piece = map[light->map + i];
-      const float3 to_it =
-          to_piece(t - (float3)((float)(i % width) + 0.5f, (float)(i / width) + 0.5f, piece.x * scale), piece.yz);
-      const float away = dot(to_it, to_it);
-      if (away < nearest) {
-        nearest = away;
-        *place = t.xy + to_it.xy;
-        *texel = i;
+      const float3 away = to_piece(t - (float3)((float)x + 0.5f, (float)y + 0.5f, piece.x * scale), piece.yz);
+      if (piece.x > UNLIT && dot(away, away) < nearest.distance_sq) {
+        nearest.distance_sq = dot(away, away);
+        nearest.place = t.xy + away.xy;
+        nearest.texel = i;
       }
     }
-    const float bound = nearest * CLOSE_ENOUGH;
-    float2 next = (float2)(0.0f, 4.0f);
-    if (level > 0) next = next_child(child_distances(t, light, extent, level_first, level, x, y), -1.0f, 4);
-    while (!(next.x < bound && next.y < 4.0f)) {
+    while (next.x >= nearest.distance_sq * CLOSE_ENOUGH) {
       if (level + 1 == levels) return nearest;
       const int own = (int)((x & 1u) | (y & 1u) << 1);
       ++level;
       x >>= 1;
       y >>= 1;
       const float4 distances = child_distances(t, light, extent, level_first, level, x, y);
-      const float at[4] = {distances.x, distances.y, distances.z, distances.w};
-      float of_own = at[0];
-      UNROLL for (int c = 1; c < 4; ++c) of_own = own == c ? at[c] : of_own;
-      next = next_child(distances, of_own, own);
+      const float2 row = own < 2 ? distances.xy : distances.zw;
+      next = next_child(distances, (own & 1) == 0 ? row.x : row.y, own);
     }
     --level;
     x = 2 * x + ((uint)next.y & 1u);
     y = 2 * y + ((uint)next.y >> 1);
-    i = level == 0 ? y * width + x : NO_TEXEL;
   }
 }
 #endif
 
 // Where samples of one light are centred for one point: (x, y in the light's frame, h, log G(h)).
-static float4 sampling_centre(float3 x, float3 n, __constant Light* light, __global const float4* map,
-                              Boundary boundary, Density density, __global const float2* rho,
-                              __global const float2* extent, __constant uint* level_first, uint levels) {
+// Inlined, since a GPU would pass the density through memory.
+__attribute__((always_inline)) static float4 sampling_centre(float3 x, float3 n, __constant Light* light,
+                                                             __global const float4* map, Boundary boundary,
+                                                             Density density, __global const float2* rho,
+                                                             __global const float2* extent,
+                                                             __constant uint* level_first, uint levels) {
   const float3 p = to_frame(light->view, x - light->view.origin.xyz);
 #if ESTIMATOR != 0
   return (float4)(p.xy, 0.0f, 0.0f);
@@ -137,16 +141,14 @@ static float4 sampling_centre(float3 x, float3 n, __constant Light* light, __glo
   const float2 corner = (float2)(light->sample_x[0] - 0.5f, light->sample_y[0] - 0.5f);
   const float3 t = (float3)(p.x * scale + light->view.centre_x - corner.x,
                             p.y * scale + light->view.centre_y - corner.y, p.z * scale);
-  float2 centre = t.xy;
-  uint texel;
-  const float nearest = nearest_lit(t, light, map, extent, level_first, levels, &centre, &texel);
-  centre += corner;
+  const Lit nearest = nearest_lit(t, light, map, extent, level_first, levels);
+  const float2 centre = nearest.place + corner;
   // Light that runs along the surface at x has its real source near the surface: mu_0 / 3 mean free paths (FHK 25).
   float d_min = 0.0f, h_min = density.h_min;
-  if (nearest < FLT_MAX) {
-    d_min = sqrt(nearest) / scale;
-    const real3 w12 =
-        refract_into(towards_light(), shading_normal(as_mask(real_splat(map[light->map + texel].w))), boundary);
+  if (nearest.distance_sq < FLT_MAX) {
+    d_min = sqrt(nearest.distance_sq) / scale;
+    const mask packed = as_mask(real_splat(map[light->map + nearest.texel].w));
+    const real3 w12 = refract_into(towards_light(), shading_normal(packed), boundary);
     const float3 n_o = to_frame(light->view, n);
     const float mu_0 = -(LANE(w12.x, 0) * n_o.x + LANE(w12.y, 0) * n_o.y + LANE(w12.z, 0) * n_o.z);
     if (mu_0 > 0.0f) h_min *= clamp(mu_0 / 0.75f, LEAST_H_MIN, 1.0f);
