@@ -275,6 +275,25 @@ TEST(Render, looking_in_between_changes_nothing) {
   EXPECT_TRUE(same_bits(seen, unseen)) << difference(seen, unseen);
 }
 
+// With Gather::camera every view has sums of its own, whatever else is drawn between its frames.
+TEST(Render, views_by_camera_are_as_each_alone) {
+  Scene scene = marble_torus();
+  Camera second = scene.cameras[0];
+  second.eye = {second.eye.z, second.eye.y, -second.eye.x};
+  scene.cameras.push_back(second);
+  Settings settings = small_settings();
+  settings.gather = Gather::camera;
+  Renderer both(scene, settings, device_selector());
+  for (int i = 0; i < 5; ++i) both.frame();
+  for (std::size_t camera = 0; camera < 2; ++camera) {
+    Scene one = scene;
+    one.cameras = {scene.cameras[camera]};
+    const Image alone = render(one, settings, 5).image, together = both.image(camera);
+    EXPECT_TRUE(same_bits(alone, together)) << "camera " << camera << ": " << difference(alone, together);
+    EXPECT_GT(mean_value(alone), 0.0);
+  }
+}
+
 TEST(Render, command_line_writes_the_same_bytes_twice) {
   const Scratch scratch;
   std::string bytes[2];

@@ -260,7 +260,12 @@ void add_resource(std::vector<ExtremeCase>& list) {
                                    {"MiB", "per buffer", "--layer-size"});
                   }});
   list.push_back({k, "layers of 65535 x 65535", "refused, even by force",
-                  refuses([](Scene&, Settings& s) { s.layer_size = 65535; }, {"--layer-size"})});
+                  refuses(
+                      [](Scene&, Settings& s) {
+                        s.gather = Gather::layers;
+                        s.layer_size = 65535;
+                      },
+                      {"--layer-size"})});
   list.push_back(
       {k, "2^32 samples", "refused", refuses([](Scene&, Settings& s) { s.frames = 1U << 31; }, {"--frames"})});
 }

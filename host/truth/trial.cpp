@@ -69,7 +69,7 @@ Scene ordinary_scene() {
 Settings ordinary_settings() {
   Settings settings;
   settings.error = 0;
-  settings.frames = 1;
+  settings.frames = 64;  // one subpixel position each
   settings.layers = 4;
   settings.layer_size = 32;
   settings.light_map_size = 64;
