@@ -222,7 +222,7 @@ void add_report(CLI::App& app, Run& run) {
   command->add_flag("--quiet", options->quiet, "no progress and no summary")->group(group);
   command->footer(
       "Every configuration is rendered with every seed: the poster's uniform disc, exponential radii and Parian's\n"
-      "default, each with and without pyramids; then layers and light maps of half and twice the size.\n"
+      "default, each with and without pyramids; then half and twice the layers, their size, and the light maps' size.\n"
       "Example:\n"
       "  parian reference bust.toml --size 128x128 -o reference.exr\n"
       "  parian report bust.toml --reference reference.exr -o report.html");
