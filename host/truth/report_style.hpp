@@ -24,13 +24,13 @@ h2, h2 + p { break-after: avoid; }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; margin: .7rem 0 .6rem; font-variant-numeric: tabular-nums; font-size: .88rem;
   break-inside: avoid; }
-th, td { padding: .32rem .6rem; text-align: right; vertical-align: top; border-bottom: 1px solid #ddd; }
+th, td { padding: .32rem .45rem; text-align: right; vertical-align: top; border-bottom: 1px solid #ddd; }
 thead th { font-weight: 600; border-bottom: 1.5px solid #555; vertical-align: bottom; }
 thead tr.group th { border-bottom: 1px solid #bbb; text-align: center; }
-th:first-child, td:first-child { text-align: left; padding-left: 0; font-weight: 400; }
+th:first-child, td:first-child { text-align: left; padding-left: 0; font-weight: 400; white-space: normal; }
 td.first, th.first { border-left: 1px solid #ccc; }
 td small { display: block; color: #666; font-size: .8em; line-height: 1.2; white-space: nowrap; }
-td { white-space: nowrap; }
+td + td { white-space: nowrap; }
 tr.ours td { background: #eef6fb; }
 tr.ours td:first-child { font-weight: 600; }
 .far { font-style: italic; color: #555; }
