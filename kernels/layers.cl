@@ -9,7 +9,6 @@
 #define PI_F 3.14159265358979f
 #define POINT_BITS 0x40000000u  // with them an index kept as a float is a normal number, which no device flushes
 #define NO_SLOT 0xffffffffu     // of a texel without values
-#define CLOSE_ENOUGH 0.9f       // squared distance, as a part of the nearest found, that isn't worth a search
 #define GUESS_STEP 8u           // one point in so many is searched for without a guess
 
 // What every evaluation reads: lights with their maps, the medium, and the density of samples.
@@ -31,100 +30,6 @@ static real3 shading_normal(mask packed) {
   const real n_y = convert_real(packed >> 16) * (1.0f / 32767.0f);
   return real3_make(n_x, n_y, real_sqrt(real_max(1.0f - n_x * n_x - n_y * n_y, real_splat(1e-4f))));
 }
-
-#if ESTIMATOR == 0
-// From t to the nearest point of a texel's piece of the plane z = slope . (x, y), half a texel to each side: the
-// plane's foot if that lies on the piece, else the nearest point of the side through which one leaves for the foot.
-static float3 to_piece(float3 t, float2 slope) {
-  const float2 foot = t.xy + slope * ((t.z - dot(slope, t.xy)) / (1.0f + dot(slope, slope)));
-  const float2 inside = clamp(foot, -0.5f, 0.5f);
-  const float2 other = clamp((t.xy + slope * (t.z - slope.yx * inside.yx)) / (1.0f + slope * slope), -0.5f, 0.5f);
-  const float3 a = (float3)(inside.x, other.y, slope.x * inside.x + slope.y * other.y) - t;
-  const float3 b = (float3)(other.x, inside.y, slope.x * other.x + slope.y * inside.y) - t;
-  return dot(a, a) < dot(b, b) ? a : b;
-}
-
-// The lowest and highest of a node of the height pyramid; beyond the border, as where nothing is lit, lowest > highest.
-static float2 node_extent(__global const float2* level, uint size, uint x, uint y) {
-  return x < size && y < size ? level[y * size + x] : (float2)(FLT_MAX, -FLT_MAX);
-}
-
-// Squares of the distances from t to the boxes of a node's four children in the height pyramid, in units of texels;
-// FLT_MAX where there is none.
-static float4 child_distances(float3 t, __constant Light* light, __global const float2* extent,
-                              __constant uint* level_first, uint level, uint x, uint y) {
-  const uint below = level - 1, size = (light->view.width + (1u << below) - 1) >> below;
-  const float side = (float)(1u << below), scale = light->view.scale;
-  __global const float2* first = extent + light->extent + level_first[below];
-  const float2 z0 = node_extent(first, size, 2 * x, 2 * y), z1 = node_extent(first, size, 2 * x + 1, 2 * y);
-  const float2 z2 = node_extent(first, size, 2 * x, 2 * y + 1), z3 = node_extent(first, size, 2 * x + 1, 2 * y + 1);
-  const float4 bottom = (float4)(z0.x, z1.x, z2.x, z3.x), top = (float4)(z0.y, z1.y, z2.y, z3.y);
-  const float4 left = ((float)(2 * x) + (float4)(0.0f, 1.0f, 0.0f, 1.0f)) * side;
-  const float4 front = ((float)(2 * y) + (float4)(0.0f, 0.0f, 1.0f, 1.0f)) * side;
-  const float4 away_x = fmax(fmax(left - t.x, t.x - left - side), 0.0f);
-  const float4 away_y = fmax(fmax(front - t.y, t.y - front - side), 0.0f);
-  const float4 away_z = fmax(fmax(bottom * scale - t.z, t.z - top * scale), 0.0f);
-  return select((float4)(FLT_MAX), away_x * away_x + away_y * away_y + away_z * away_z, bottom <= top);
-}
-
-// Of four distances the least that comes after (d, child), equal ones in order: (distance, child); the distance is
-// FLT_MAX if none is.
-static float2 next_child(float4 distances, float d, int child) {
-  const int4 number = (int4)(0, 1, 2, 3);
-  const float4 left = select((float4)(FLT_MAX), distances, (distances > d) | ((distances == d) & (number > child)));
-  const float least = fmin(fmin(left.x, left.y), fmin(left.z, left.w));
-  const float found = left.x == least ? 0.0f : left.y == least ? 1.0f : left.z == least ? 2.0f : 3.0f;
-  return (float2)(least, found);
-}
-
-// The lit surface that is nearest to a point: the square of the distance, FLT_MAX where nothing is lit, its place in
-// the light's plane, and its texel.
-typedef struct {
-  float distance_sq;
-  float2 place;
-  uint texel;
-} Lit;
-
-// The lit surface that is nearest to t, all in units of texels, with texel i's piece over [i, i + 1]. Depth-first
-// through the height pyramid, nearest child first, and without a stack, which a GPU would keep in memory: on the way
-// up, the order of the children is found again.
-static Lit nearest_lit(float3 t, __constant Light* light, __global const float4* map, __global const float2* extent,
-                       __constant uint* level_first, uint levels) {
-  const float scale = light->view.scale;
-  Lit nearest;
-  nearest.distance_sq = FLT_MAX;
-  nearest.place = t.xy;
-  nearest.texel = 0;
-  for (uint level = levels - 1, x = 0, y = 0;;) {
-    float2 next = (float2)(FLT_MAX, 0.0f);
-    if (level > 0) {
-      next = next_child(child_distances(t, light, extent, level_first, level, x, y), -1.0f, 0);
-    } else {
-      const uint i = y * light->view.width + x;
-      const float4 piece = map[light->map + i];
-      const float3 away = to_piece(t - (float3)((float)x + 0.5f, (float)y + 0.5f, piece.x * scale), piece.yz);
-      if (piece.x > UNLIT && dot(away, away) < nearest.distance_sq) {
-        nearest.distance_sq = dot(away, away);
-        nearest.place = t.xy + away.xy;
-        nearest.texel = i;
-      }
-    }
-    while (next.x >= nearest.distance_sq * CLOSE_ENOUGH) {
-      if (level + 1 == levels) return nearest;
-      const int own = (int)((x & 1u) | (y & 1u) << 1);
-      ++level;
-      x >>= 1;
-      y >>= 1;
-      const float4 distances = child_distances(t, light, extent, level_first, level, x, y);
-      const float2 row = own < 2 ? distances.xy : distances.zw;
-      next = next_child(distances, (own & 1) == 0 ? row.x : row.y, own);
-    }
-    --level;
-    x = 2 * x + ((uint)next.y & 1u);
-    y = 2 * y + ((uint)next.y >> 1);
-  }
-}
-#endif
 
 // Where samples of one light are centred for one point: (x, y in the light's frame, h, log G(h)).
 // Inlined, since a GPU would pass the density through memory.

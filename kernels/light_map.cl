@@ -1,4 +1,4 @@
-// Pass 1: the surface as each light sees it, and a pyramid of heights that finds the lit texel nearest to a point.
+// Pass 1: the surface as each light sees it, and a pyramid of heights that finds the lit place nearest to a point.
 //
 // All lies in the light's own frame: x along the map's right, y along its down, z towards the light, in units of the
 // positions. A texel is a float4: height at the sample (UNLIT where nothing is), its slope along x and y, and the
@@ -6,6 +6,7 @@
 
 #define UNLIT -8.0f
 #define MIN_COSINE_OF_REBUILD 0.1f  // steeper texels are not extrapolated farther than this slope
+#define CLOSE_ENOUGH 0.9f           // squared distance, as a part of the nearest found, that isn't worth a search
 
 static float3 to_frame(View view, float3 v) {
   return (float3)(dot(v, view.right.xyz), dot(v, view.down.xyz), dot(v, view.back.xyz));
@@ -60,3 +61,97 @@ __kernel void light_map_extent_up(const uint size, const uint from, const uint t
   }
   extent[to + i] = e;
 }
+
+#if ESTIMATOR == 0
+// From t to the nearest point of a texel's piece of the plane z = slope . (x, y), half a texel to each side: the
+// plane's foot if that lies on the piece, else the nearest point of the side through which one leaves for the foot.
+static float3 to_piece(float3 t, float2 slope) {
+  const float2 foot = t.xy + slope * ((t.z - dot(slope, t.xy)) / (1.0f + dot(slope, slope)));
+  const float2 inside = clamp(foot, -0.5f, 0.5f);
+  const float2 other = clamp((t.xy + slope * (t.z - slope.yx * inside.yx)) / (1.0f + slope * slope), -0.5f, 0.5f);
+  const float3 a = (float3)(inside.x, other.y, slope.x * inside.x + slope.y * other.y) - t;
+  const float3 b = (float3)(other.x, inside.y, slope.x * other.x + slope.y * inside.y) - t;
+  return dot(a, a) < dot(b, b) ? a : b;
+}
+
+// The lowest and highest of a node of the height pyramid; beyond the border, as where nothing is lit, lowest > highest.
+static float2 node_extent(__global const float2* level, uint size, uint x, uint y) {
+  return x < size && y < size ? level[y * size + x] : (float2)(FLT_MAX, -FLT_MAX);
+}
+
+// Squares of the distances from t to the boxes of a node's four children in the height pyramid, in units of texels;
+// FLT_MAX where there is none.
+static float4 child_distances(float3 t, __constant Light* light, __global const float2* extent,
+                              __constant uint* level_first, uint level, uint x, uint y) {
+  const uint below = level - 1, size = (light->view.width + (1u << below) - 1) >> below;
+  const float side = (float)(1u << below), scale = light->view.scale;
+  __global const float2* first = extent + light->extent + level_first[below];
+  const float2 z0 = node_extent(first, size, 2 * x, 2 * y), z1 = node_extent(first, size, 2 * x + 1, 2 * y);
+  const float2 z2 = node_extent(first, size, 2 * x, 2 * y + 1), z3 = node_extent(first, size, 2 * x + 1, 2 * y + 1);
+  const float4 bottom = (float4)(z0.x, z1.x, z2.x, z3.x), top = (float4)(z0.y, z1.y, z2.y, z3.y);
+  const float4 left = ((float)(2 * x) + (float4)(0.0f, 1.0f, 0.0f, 1.0f)) * side;
+  const float4 front = ((float)(2 * y) + (float4)(0.0f, 0.0f, 1.0f, 1.0f)) * side;
+  const float4 away_x = fmax(fmax(left - t.x, t.x - left - side), 0.0f);
+  const float4 away_y = fmax(fmax(front - t.y, t.y - front - side), 0.0f);
+  const float4 away_z = fmax(fmax(bottom * scale - t.z, t.z - top * scale), 0.0f);
+  return select((float4)(FLT_MAX), away_x * away_x + away_y * away_y + away_z * away_z, bottom <= top);
+}
+
+// Of four distances the least that comes after (d, child), equal ones in order: (distance, child); the distance is
+// FLT_MAX if none is.
+static float2 next_child(float4 distances, float d, int child) {
+  const int4 number = (int4)(0, 1, 2, 3);
+  const float4 left = select((float4)(FLT_MAX), distances, (distances > d) | ((distances == d) & (number > child)));
+  const float least = fmin(fmin(left.x, left.y), fmin(left.z, left.w));
+  const float found = left.x == least ? 0.0f : left.y == least ? 1.0f : left.z == least ? 2.0f : 3.0f;
+  return (float2)(least, found);
+}
+
+// The lit surface that is nearest to a point: the square of the distance, FLT_MAX where nothing is lit, its place in
+// the light's plane, and its texel.
+typedef struct {
+  float distance_sq;
+  float2 place;
+  uint texel;
+} Lit;
+
+// The lit surface that is nearest to t, all in units of texels, with texel i's piece over [i, i + 1]. Depth-first
+// through the height pyramid, nearest child first, and without a stack, which a GPU would keep in memory: on the way
+// up, the order of the children is found again.
+static Lit nearest_lit(float3 t, __constant Light* light, __global const float4* map, __global const float2* extent,
+                       __constant uint* level_first, uint levels) {
+  const float scale = light->view.scale;
+  Lit nearest;
+  nearest.distance_sq = FLT_MAX;
+  nearest.place = t.xy;
+  nearest.texel = 0;
+  for (uint level = levels - 1, x = 0, y = 0;;) {
+    float2 next = (float2)(FLT_MAX, 0.0f);
+    if (level > 0) {
+      next = next_child(child_distances(t, light, extent, level_first, level, x, y), -1.0f, 0);
+    } else {
+      const uint i = y * light->view.width + x;
+      const float4 piece = map[light->map + i];
+      const float3 away = to_piece(t - (float3)((float)x + 0.5f, (float)y + 0.5f, piece.x * scale), piece.yz);
+      if (piece.x > UNLIT && dot(away, away) < nearest.distance_sq) {
+        nearest.distance_sq = dot(away, away);
+        nearest.place = t.xy + away.xy;
+        nearest.texel = i;
+      }
+    }
+    while (next.x >= nearest.distance_sq * CLOSE_ENOUGH) {
+      if (level + 1 == levels) return nearest;
+      const int own = (int)((x & 1u) | (y & 1u) << 1);
+      ++level;
+      x >>= 1;
+      y >>= 1;
+      const float4 distances = child_distances(t, light, extent, level_first, level, x, y);
+      const float2 row = own < 2 ? distances.xy : distances.zw;
+      next = next_child(distances, (own & 1) == 0 ? row.x : row.y, own);
+    }
+    --level;
+    x = 2 * x + ((uint)next.y & 1u);
+    y = 2 * y + ((uint)next.y >> 1);
+  }
+}
+#endif
