@@ -9,7 +9,6 @@
 #define PI_F 3.14159265358979f
 #define POINT_BITS 0x40000000u  // with them an index kept as a float is a normal number, which no device flushes
 #define NO_SLOT 0xffffffffu     // of a texel without values
-#define GUESS_STEP 8u           // one point in so many is searched for without a guess
 
 // What every evaluation reads: lights with their maps, the medium, and the density of samples.
 typedef struct {
@@ -31,8 +30,8 @@ static real3 shading_normal(mask packed) {
   return real3_make(n_x, n_y, real_sqrt(real_max(1.0f - n_x * n_x - n_y * n_y, real_splat(1e-4f))));
 }
 
-// Where samples of one light are centred for one point: (x, y in the light's frame, h, log G(h)).
-// Inlined, since a GPU would pass the density through memory.
+// Where samples of one light are centred for one point: (x, y in the light's frame, h, log G(h)). Inlined,
+// since a GPU would pass the density through memory.
 __attribute__((always_inline)) static float4 sampling_centre(float3 x, float3 n, __constant Light* light,
                                                              __global const float4* map, Boundary boundary,
                                                              Density density, __global const float2* rho,
@@ -209,8 +208,7 @@ __kernel void layers_resolve(const View view, __global const uint* restrict ids,
   slots[first + i] = ids[i] != NO_TRIANGLE ? 0 : NO_SLOT;
 }
 
-// The needed texels' points: (x, texel) and (n_s, 0),
-// and where their samples are centred: light after light.
+// The needed texels' points: (x, texel) and (n_s, 0), and where their samples are centred: light after light.
 __kernel void layers_points(__constant View* views, const uint n_points, __global const uint* restrict needed,
                             __global const uint* restrict ids, __global const float4* restrict positions,
                             __global const uint* restrict triangles, __global const float* restrict normals,
