@@ -95,6 +95,9 @@ typedef struct {
   F(Medium, scale)            \
   F(Boundary, pad_1) F(View, pad1) F(Window, pad1) F(RasterTriangle, triangle) F(Light, pad) F(Density, pad1)
 
+// Points that a work-item of pass 2 takes on a device with several lanes; with one lane it takes one half of one point.
+#define POINTS_SIDE_BY_SIDE 8u
+
 // The self-test's work-items, and the smallest of the numbers that they offer to an atomic minimum.
 #define SELF_TEST_ITEMS 64
 #define SELF_TEST_MINIMUM 5u

@@ -158,6 +158,7 @@ TEST_P(LayersReplay, SameSamplesInDouble) {
   const Case& c = GetParam();
   LitBench b(c.material, {light_a, light_b}, 100, true, 4, [&](Plan& p) {
     set_option(p.options, "VW", c.lanes);
+    p.lanes = static_cast<std::uint32_t>(c.lanes);
     set_option(p.options, "ESTIMATOR", c.estimator);
     p.lights[0].samples = 5, p.lights[1].samples = 3;
   });
@@ -199,9 +200,9 @@ TEST_P(LayersReplay, SameSamplesInDouble) {
 
 INSTANTIATE_TEST_SUITE_P(LanesAndEstimators, LayersReplay,
                          testing::Values(Case{"nearest", 1, 0, two_media}, Case{"nearest", 4, 0, one_medium},
-                                         Case{"nearest", 8, 0, dense}, Case{"exponential", 1, 1, one_medium},
-                                         Case{"exponential", 8, 1, two_media}, Case{"disc", 4, 2, two_media},
-                                         Case{"disc", 8, 2, one_medium},
+                                         Case{"nearest", 8, 0, dense}, Case{"nearest", 16, 0, two_media},
+                                         Case{"exponential", 1, 1, one_medium}, Case{"exponential", 8, 1, two_media},
+                                         Case{"disc", 4, 2, two_media}, Case{"disc", 16, 2, one_medium},
                                          Case{"clear", 8, 0, medium({1, 2, 3}, {0, 0, 0}, 1.3)},
                                          Case{"nearly_opaque", 8, 0, medium({1e3, 2e3, 3e3}, {1, 2, 50}, 1.5)},
                                          Case{"thin", 8, 0, medium({1e-3, 2e-3, 1e-2}, {1e-5, 1e-4, 1e-3}, 1.3)},

@@ -29,7 +29,7 @@ DeviceInfo describe(const cl::Platform& platform, const cl::Device& device) {
   info.compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
   // CPU drivers report preferred widths that fit flat kernels; loops over samples want eight lanes everywhere.
   const bool cpu = info.type == "CPU" || lower(info.name).find("llvmpipe") != std::string::npos;
-  info.vector_width = cpu ? 8 : 1;
+  info.vector_width = cpu ? 16 : 1;
   info.global_memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
   info.max_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
   return info;

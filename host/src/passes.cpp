@@ -189,8 +189,10 @@ namespace {
 
 void launch_accumulate(Passes& p, cl_uint n, const cl::Buffer& points, const cl::Buffer& centres, std::uint32_t round,
                        std::uint32_t rounds, cl_uint add, const cl::Buffer& values, Stage stage) {
+  const std::size_t items =
+      p.plan.lanes == 1 ? std::size_t{2} * n : (n + POINTS_SIDE_BY_SIDE - 1) / POINTS_SIDE_BY_SIDE;
   for (cl_uint l = 0; l < n_lights(p); ++l)
-    p.compute.launch("layers_accumulate", std::size_t{2} * n, stage, n, points, centres, l, p.light_maps.lights_buffer,
+    p.compute.launch("layers_accumulate", items, stage, n, points, centres, l, p.light_maps.lights_buffer,
                      p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.seed, round,
                      rounds, l > 0 ? 1U : add, values);
 }

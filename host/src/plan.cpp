@@ -233,11 +233,9 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
   plan.pyramids = settings.pyramids && settings.layer_size > 1 && settings.gather != Gather::camera;
 
   plan.lanes = device.vector_width;
-  if (plan.lanes > 1) {  // no wider than the samples that one light gets in a frame
-    std::uint32_t most = 0;
-    for (const auto& light : plan.lights) most = std::max(most, light.samples);
-    if (most <= 4) plan.lanes = 4;
-  }
+  std::uint32_t most = 0;
+  for (const auto& light : plan.lights) most = std::max(most, light.samples);
+  while (plan.lanes > 4 && plan.lanes >= 4 * most) plan.lanes /= 2;  // no wider than both halves of the brightest light
   const int estimator = settings.estimator == Estimator::radial ? 1 : settings.estimator == Estimator::disc ? 2 : 0;
   plan.options = fmt::format(
       "-cl-std=CL1.2 -DVW={} -DMODEL={} -DESTIMATOR={} -DMEDIA={} -DMEDIUM_R={} -DMEDIUM_G={} "
