@@ -10,6 +10,9 @@
 #define POINT_BITS 0x40000000u  // with them an index kept as a float is a normal number, which no device flushes
 #define NO_SLOT 0xffffffffu     // of a texel without values
 
+// Pixels along one side of a level of a mip chain; sizes halve upwards.
+static uint level_size(uint size, uint level) { return (size + (1u << level) - 1) >> level; }
+
 #if VW == 1  // a work-item takes samples of one half; else of both, side by side
 #define HALVES_OF_ITEM 1u
 #define POINTS_OF_ITEM 1u
@@ -258,7 +261,7 @@ __kernel void layers_resolve(const View view, __global const uint* restrict ids,
   if (ids[i] != NO_TRIANGLE) {
     const float px = (float)(i % view.width) + 0.5f, py = (float)(i / view.width) + 0.5f;
     const Surface s = surface_at(view, px, py, ids[i], positions, triangles, normals);
-    texel = (float4)(to_frame(view, s.n_g), dot(s.x - view.origin.xyz, view.back.xyz) + 2.0f);
+    texel = (float4)(to_frame(view, s.n_g), film_coordinates(view, view_coordinates(view, s.x)).z);
   }
   layer_ids[first + i] = ids[i];
   geometry[first + i] = texel;

@@ -98,6 +98,9 @@ typedef struct {
 // Points that a work-item of pass 2 takes on a device with several lanes; with one lane it takes one half of one point.
 #define POINTS_SIDE_BY_SIDE 8u
 
+// A subpixel position that doesn't look for edges.
+#define NO_POSITION 0xffffffffu
+
 // The self-test's work-items, and the smallest of the numbers that they offer to an atomic minimum.
 #define SELF_TEST_ITEMS 64
 #define SELF_TEST_MINIMUM 5u

@@ -25,7 +25,7 @@ struct FilmBench : Bench {
     make_light_maps(passes, points, 48);
     draw_light_maps(passes, 0, false);
     for (const glm::dvec3& d : directions) views.push_back(orthographic_view(points, d, layer_size));
-    make_layers(passes, views, layer_size, true);
+    make_layers(passes, views, true);
     const std::size_t pixels = std::size_t{film_size.x} * film_size.y;
     Film& f = passes.film;
     f.depth = compute.buffer<cl_uint>(pixels), f.ids = compute.buffer<cl_uint>(pixels);
@@ -287,7 +287,7 @@ TEST(Gather, MarksCoverAllThatIsRead) {
   const std::vector<cl_uint> marked = b.compute.read<cl_uint>(marks, texels);
   std::vector<std::vector<float4>> films[2];
   for (const bool all : {false, true}) {
-    make_layers(b.passes, b.views, 41, true);
+    make_layers(b.passes, b.views, true);
     b.need([&](cl_uint t) { return all || marked[t] != 0; }, value_of);
     if (!all) {
       EXPECT_LT(b.passes.layers.n_points, texels / 3);

@@ -20,7 +20,7 @@ struct LitBench : Bench {
     draw_light_maps(passes, 0, shift);
     std::vector<kernels::View> views;
     for (const glm::dvec3& d : even_directions(5)) views.push_back(orthographic_view(points, d, 24));
-    make_layers(passes, views, 24, false);
+    make_layers(passes, views, false);
     const std::vector<cl_uint> slots = compute.read<cl_uint>(passes.layers.slots, 5 * 24 * 24);
     std::vector<cl_uint> needed;
     for (cl_uint t = 0, covered = 0; t < slots.size(); ++t)
@@ -281,7 +281,7 @@ TEST(Layers, HoldTheSurfaceInTheirOwnFrame) {
   Bench b(scene_of(torus(32, 16)));
   std::vector<kernels::View> views;
   for (const glm::dvec3& d : even_directions(5)) views.push_back(orthographic_view(b.points, d, size));
-  make_layers(b.passes, views, size, false);
+  make_layers(b.passes, views, false);
   const std::vector<float4> geometry = b.compute.read<float4>(b.passes.layers.geometry, 5 * texels);
   const std::vector<cl_uint> ids = b.compute.read<cl_uint>(b.passes.layers.ids, 5 * texels);
   Worst normal, height;

@@ -36,7 +36,6 @@ double Renderer::State::bias_relmse(std::size_t camera, const Halves& image) {
   d.a.resize(d.pixels.size());
   d.b.resize(d.pixels.size());
   const std::uint32_t rounds = (frame + positions - 1) / positions;  // as many samples as a texel has had
-  setup_view(passes, view, Stage::bias);
   for (kernels::Window w : tiles(scene.film)) {
     std::vector<std::size_t> inside;  // of d.pixels
     std::vector<cl_uint> in_window;
@@ -53,7 +52,9 @@ double Renderer::State::bias_relmse(std::size_t camera, const Halves& image) {
       const glm::ivec2 s = subpixel_position(i, 0);
       w.sample_x = s.x;
       w.sample_y = s.y;
-      gather(passes, view, w, {0}, 1.0F / static_cast<float>(frame), i * rounds, rounds, Stage::bias);
+      draw_film(passes, view, w, false, Stage::bias);
+      gather(passes, view, w, layers_of(camera), {0}, 1.0F / static_cast<float>(frame), i * rounds, rounds,
+             Stage::bias);
       subtract_direct(passes, view, w, in_window, i * rounds, rounds, Stage::bias);
     }
     const std::vector<kernels::float4> sums = compute.read<kernels::float4>(passes.film.sums, pixels * 2);

@@ -153,6 +153,10 @@ void Compute::fill(const cl::Buffer& b, cl_uint value, std::size_t words) {
   if (words) queue_.enqueueFillBuffer(b, value, 0, words * sizeof(cl_uint));
 }
 
+void Compute::copy(const cl::Buffer& from, const cl::Buffer& to, std::size_t words) {
+  if (words) queue_.enqueueCopyBuffer(from, to, 0, 0, words * sizeof(cl_uint));
+}
+
 cl::Kernel& Compute::kernel(const char* name) {
   auto it = kernels_.find(name);
   if (it == kernels_.end()) it = kernels_.emplace(name, cl::Kernel(program_, name)).first;

@@ -47,6 +47,8 @@ class Compute {
   }
   /// Fills with the 32-bit pattern `value`.
   void fill(const cl::Buffer& b, cl_uint value, std::size_t words);
+  /// Copies the first words of a buffer to another.
+  void copy(const cl::Buffer& from, const cl::Buffer& to, std::size_t words);
   /// Gives a buffer back before its owner ends.
   void release(cl::Buffer& b);
 
