@@ -22,25 +22,33 @@ Spread spread(std::vector<double> values) {
   return {0.5 * (values[(n - 1) / 2] + values[n / 2]), values.front(), values.back()};
 }
 
-/// Multiply-adds as fast as the device can, in launches of some hundredths of a second on a CPU and on a GPU.
-Spread measure_peak(const std::string& selector, std::uint32_t runs) {
-  Compute compute(selector);
-  const std::uint32_t lanes = compute.info().vector_width;
-  const bool cpu = compute.info().type == "CPU";
-  const cl_uint items = compute.info().compute_units * (cpu ? 256 : 16384), rounds = cpu ? 65536 : 16384;
+/// Multiply-adds as fast as the device can do them with vectors of a width, in launches of some hundredths of a second.
+Spread measure_peak(Compute& compute, std::uint32_t lanes, std::uint32_t runs) {
+  const bool cpu = compute.info().vector_width > 1;
+  const cl_uint items = compute.info().compute_units * (cpu ? 256 : 16384),
+                rounds = (cpu ? 1U << 18 : 1U << 14) / lanes;
   compute.build(fmt::format("-cl-std=CL1.2 -DVW={}", lanes), bench_sources);
-  return with_device_errors(compute.info(), [&] {
-    cl::Buffer sums = compute.buffer<float>(items);
-    std::vector<double> rates;
-    for (std::uint32_t run = 0; run <= runs; ++run) {  // the first compiles
-      const double before = run > 0 ? compute.kernel_seconds().at(Stage::plan) : 0.0;
-      compute.launch("bench_peak", items, Stage::plan, items, rounds, 0.999F, 1e-3F, sums);
-      compute.finish();
-      const double seconds = compute.kernel_seconds().at(Stage::plan) - before;
-      if (run > 0) rates.push_back(2.0 * PEAK_CHAINS * lanes * items * rounds / seconds);
-    }
-    return spread(rates);
-  });
+  cl::Buffer sums = compute.buffer<float>(items);
+  std::vector<double> rates;
+  for (std::uint32_t run = 0; run <= runs; ++run) {  // the first compiles
+    const double before = run > 0 ? compute.kernel_seconds().at(Stage::plan) : 0.0;
+    compute.launch("bench_peak", items, Stage::plan, items, rounds, 0.999F, 1e-3F, sums);
+    compute.finish();
+    const double seconds = compute.kernel_seconds().at(Stage::plan) - before;
+    if (run > 0) rates.push_back(2.0 * PEAK_CHAINS * lanes * items * rounds / seconds);
+  }
+  return spread(rates);
+}
+
+/// The peak of the width that has the highest: registers may be wider than the vectors that suit a render.
+Spread measure_peak(const std::string& selector, std::uint32_t runs) {
+  Spread best;
+  for (const std::uint32_t lanes : {1U, 4U, 8U, 16U}) {
+    Compute compute(selector);
+    const Spread found = with_device_errors(compute.info(), [&] { return measure_peak(compute, lanes, runs); });
+    if (found.median > best.median) best = found;
+  }
+  return best;
 }
 
 /// One frame and one picture.
@@ -127,7 +135,7 @@ class Accounts {
   [[nodiscard]] BenchPass pyramids() const {
     BenchPass pass = start("pyramids", Stage::pyramids, &Seconds::pyramids);
     // Texels that hold something: at least as large a part of each level as of the finest.
-    const double finest = double{statistics_.layers_size} * statistics_.layers_size * statistics_.layers_count;
+    const double finest = double(statistics_.layers_size) * statistics_.layers_size * statistics_.layers_count;
     const double full = finest > 0 ? static_cast<double>(statistics_.layers_texels_evaluated) / finest : 0.0;
     const double texels = full * items(Stage::pyramids, "pyramids_level");
     add(pass, Stage::pyramids, "texels", "texels", {"pyramids_level"}, texels,
@@ -202,10 +210,10 @@ class Accounts {
     // Each launch is of one light, and has an item for either half of a point.
     const double halves = items(stage, "layers_accumulate") / times(stage);
     const double pairs = halves * samples / static_cast<double>(plan_.lights.size());
-    const double maps = launches(stage, "layers_accumulate") / times(stage) * 2 * settings_.light_map_size *
-                        settings_.light_map_size * costs::map_texel_bytes;
+    const double map_texels = std::min(pairs, 2.0 * settings_.light_map_size * settings_.light_map_size *
+                                                  launches(stage, "layers_accumulate") / times(stage));
     add(pass, stage, name, "evaluations", kernels, pairs * plan_.channels(),
-        {pairs * operations_of_pair(), halves * costs::accumulate_bytes + maps});
+        {pairs * operations_of_pair(), halves * costs::accumulate_bytes + map_texels * costs::map_texel_bytes});
   }
 
   [[nodiscard]] double operations_of_pair() const {
@@ -245,7 +253,7 @@ Bench bench(const Scene& scene, const Settings& settings, const std::string& sel
   result.frames = renderer.frames();
   result.statistics = renderer.statistics();
   const Plan plan = make_plan(one, every, renderer.device());
-  const Accounts accounts(plan, every, result.statistics, counted, double{1} * one.film.x * one.film.y);
+  const Accounts accounts(plan, every, result.statistics, counted, double(one.film.x) * one.film.y);
   result.positions = static_cast<std::uint32_t>(accounts.positions());
   for (const BenchPass& pass : {accounts.light_map(), accounts.layers(), accounts.pyramids(), accounts.gather()})
     if (pass.kernel.most > 0) result.passes.push_back(pass);
