@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <initializer_list>
 #include <utility>
@@ -46,6 +47,9 @@ Spread measure_peak(const std::string& selector, std::uint32_t runs) {
   for (const std::uint32_t lanes : {1U, 4U, 8U, 16U}) {
     Compute compute(selector);
     const Spread found = with_device_errors(compute.info(), [&] { return measure_peak(compute, lanes, runs); });
+    if (!std::isfinite(found.median))
+      throw Error(ErrorKind::device,
+                  compute.info().name + ": its driver tells no kernel times; choose another --device");
     if (found.median > best.median) best = found;
   }
   return best;
@@ -207,7 +211,8 @@ class Accounts {
   void add_evaluations(BenchPass& pass, Stage stage, const char* name, Kernels kernels) const {
     double samples = 0;
     for (const PlannedLight& light : plan_.lights) samples += light.samples;
-    // Each launch is of one light, and has an item for either half of a point.
+    // Each launch is of one light, and has an item for either half of a point; with fewer frames than positions, pixels
+    // that no layer sees take one frame's samples, too.
     const double halves = items(stage, "layers_accumulate") / times(stage);
     const double pairs = halves * samples / static_cast<double>(plan_.lights.size());
     const double map_texels = std::min(pairs, 2.0 * settings_.light_map_size * settings_.light_map_size *
