@@ -13,5 +13,7 @@ __kernel void bench_peak(const uint n_items, const uint rounds, const float a, c
   }
   real sum = real_splat(0.0f);
   UNROLL for (uint c = 0; c < PEAK_CHAINS; ++c) sum += x[c];
-  sums[i] = real_sum(sum);
+  float total = 0.0f;
+  UNROLL for (uint lane = 0; lane < VW; ++lane) total += ((const float*)&sum)[lane];
+  sums[i] = total;
 }

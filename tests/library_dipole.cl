@@ -27,5 +27,9 @@ __kernel void library_dipole(const uint n_points, const uint n_samples, const ui
     const DipoleGeometry geometry = dipole_geometry(real3_sub(x_o, x_i), refract_into(w_i, n_i, boundary), n_i, n_o);
     UNROLL for (uint c = 0; c < 3; ++c) sum[c] += bssrdf(media[c], geometry);
   }
-  UNROLL for (uint c = 0; c < 3; ++c) sums[3 * i + c] = real_sum(sum[c]);
+  for (uint c = 0; c < 3; ++c) {
+    float total = 0.0f;
+    for (uint lane = 0; lane < VW; ++lane) total += ((const float*)&sum[c])[lane];
+    sums[3 * i + c] = total;
+  }
 }

@@ -211,14 +211,15 @@ class Accounts {
   void add_evaluations(BenchPass& pass, Stage stage, const char* name, Kernels kernels) const {
     double samples = 0;
     for (const PlannedLight& light : plan_.lights) samples += light.samples;
-    // Each launch is of one light, and has an item for either half of a point; with fewer frames than positions, pixels
-    // that no layer sees take one frame's samples, too.
-    const double halves = items(stage, "layers_accumulate") / times(stage);
-    const double pairs = halves * samples / static_cast<double>(plan_.lights.size());
+    // With fewer frames than positions, pixels that no layer sees take one frame's samples, too.
+    const double points = stage == Stage::layers ? static_cast<double>(statistics_.layers_texels_evaluated)
+                                                 : items(stage, "gather_points") / times(stage);
+    const double pairs = 2 * points * samples, lights = static_cast<double>(plan_.lights.size());
     const double map_texels = std::min(pairs, 2.0 * settings_.light_map_size * settings_.light_map_size *
                                                   launches(stage, "layers_accumulate") / times(stage));
     add(pass, stage, name, "evaluations", kernels, pairs * plan_.channels(),
-        {pairs * operations_of_pair(), halves * costs::accumulate_bytes + map_texels * costs::map_texel_bytes});
+        {pairs * operations_of_pair(),
+         points * lights * costs::accumulate_bytes + map_texels * costs::map_texel_bytes});
   }
 
   [[nodiscard]] double operations_of_pair() const {
