@@ -105,6 +105,10 @@ typedef struct {
 #define SELF_TEST_ITEMS 64
 #define SELF_TEST_MINIMUM 5u
 
+// Independent chains of multiply-adds in a work-item of `parian bench`: enough to hide the latency of two units that
+// take five cycles each, few enough for sixteen registers.
+#define PEAK_CHAINS 12
+
 #ifdef __cplusplus
 // The same constants unrounded, for the double form.
 typedef struct {

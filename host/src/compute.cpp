@@ -163,20 +163,25 @@ cl::Kernel& Compute::kernel(const char* name) {
   return it->second;
 }
 
-void Compute::enqueue(const cl::Kernel& kernel, std::size_t items, Stage stage) {
+void Compute::enqueue(const char* name, const cl::Kernel& kernel, std::size_t items, Stage stage) {
   const std::size_t global = (items + local_size - 1) / local_size * local_size;
   cl::Event event;
   queue_.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(local_size), nullptr, &event);
-  running_.emplace_back(std::move(event), stage);
+  running_.push_back({std::move(event), stage, name, items});
   if (running_.size() >= 4096) finish();
 }
 
 void Compute::finish() {
   queue_.finish();
-  for (const auto& [event, stage] : running_) {
-    const cl_ulong begin = event.getProfilingInfo<CL_PROFILING_COMMAND_START>();
-    const cl_ulong end = event.getProfilingInfo<CL_PROFILING_COMMAND_END>();
-    seconds_[stage] += 1e-9 * static_cast<double>(end - begin);
+  for (const Running& r : running_) {
+    const cl_ulong begin = r.event.getProfilingInfo<CL_PROFILING_COMMAND_START>();
+    const cl_ulong end = r.event.getProfilingInfo<CL_PROFILING_COMMAND_END>();
+    const double seconds = 1e-9 * static_cast<double>(end - begin);
+    seconds_[r.stage] += seconds;
+    KernelWork& work = table_[{r.stage, r.kernel}];
+    ++work.launches;
+    work.items += r.items;
+    work.seconds += seconds;
   }
   running_.clear();
 }

@@ -310,6 +310,8 @@ Image Renderer::image(std::size_t camera) {
   });
 }
 
+const KernelTable& Renderer::kernel_table() const { return state_->compute.kernel_table(); }
+
 const DeviceInfo& Renderer::device() const { return state_->compute.info(); }
 
 }  // namespace parian

@@ -1,7 +1,9 @@
 // The renderer: one scene on one device, refined frame by frame. The algorithm is four calls in renderer.cpp.
 #pragma once
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "scene.hpp"
@@ -19,6 +21,16 @@ struct DeviceInfo {
 
 /// All devices of all platforms, in the order that the ICD loader gives them; empty when there is none.
 [[nodiscard]] std::vector<DeviceInfo> list_devices();
+
+/// The stages that time is booked on; the names are those of Seconds.
+enum class Stage { plan, light_map, layers, pyramids, gather, bias };
+
+/// What a kernel has done so far: launches, work-items without padding, and seconds by events.
+struct KernelWork {
+  std::uint64_t launches = 0, items = 0;
+  double seconds = 0.0;
+};
+using KernelTable = std::map<std::pair<Stage, std::string>, KernelWork>;
 
 class Renderer {
  public:
@@ -46,6 +58,8 @@ class Renderer {
   Image image(std::size_t camera);
   /// What was done so far; call after the last image for final figures (load, total and stopped_by are the caller's).
   [[nodiscard]] const Statistics& statistics() const;
+  /// The same by stage and kernel, of all that has been waited for.
+  [[nodiscard]] const KernelTable& kernel_table() const;
   [[nodiscard]] const DeviceInfo& device() const;
 
  private:
