@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include "kernels/raster.h"
 #include "renderer_state.hpp"
 #include "visibility.hpp"
 
@@ -48,6 +49,10 @@ double Renderer::State::bias_relmse(std::size_t camera, const Halves& image) {
     if (inside.empty()) continue;
     const std::size_t pixels = std::size_t{w.width} * w.height;
     compute.fill(passes.film.sums, 0, pixels * 8);
+    std::vector<cl_uint> open(pixels, 0);
+    for (const cl_uint i : in_window) open[i] = NO_DEPTH;
+    compute.write(passes.film.open, open);
+    open_film(passes, view, w);
     for (std::uint32_t i = 0; i < positions; ++i) {
       const glm::ivec2 s = subpixel_position(i, 0);
       w.sample_x = s.x;
@@ -57,6 +62,7 @@ double Renderer::State::bias_relmse(std::size_t camera, const Halves& image) {
              Stage::bias);
       subtract_direct(passes, view, w, in_window, i * rounds, rounds, Stage::bias);
     }
+    close_film(passes);
     const std::vector<kernels::float4> sums = compute.read<kernels::float4>(passes.film.sums, pixels * 2);
     for (std::size_t i = 0; i < inside.size(); ++i) {
       const kernels::float4 a = sums[2 * in_window[i]], b = sums[2 * in_window[i] + 1];

@@ -243,8 +243,8 @@ bool draw_film(Passes& p, const kernels::View& view, const kernels::Window& wind
   Film& f = p.film;
   const bool same_view = f.drawn && std::memcmp(&*f.drawn, &view, sizeof view) == 0;
   if (!again && same_view && std::memcmp(&f.window, &window, sizeof window) == 0) return false;
-  if (!f.settled) setup_view(p, view, stage);
-  draw(p, window, f.depth, &f.ids, stage, f.settled ? &f.open : nullptr);
+  if (!f.restricted) setup_view(p, view, stage);
+  draw(p, window, f.depth, &f.ids, stage, f.restricted ? &f.open : nullptr);
   f.drawn = view;
   f.window = window;
   return true;
@@ -268,17 +268,25 @@ cl_uint gather(Passes& p, const kernels::View& view, const kernels::Window& wind
   return n_direct;
 }
 
-void settle_film(Passes& p, const kernels::View& view, const kernels::Window& window, std::size_t levels,
-                 std::uint32_t done, std::uint32_t positions) {
-  Film& f = p.film;
-  Geometry& g = p.geometry;
+void settle_film(Passes& p, const kernels::Window& window, std::size_t levels, std::uint32_t done,
+                 std::uint32_t positions) {
+  const Film& f = p.film;
   p.compute.launch("gather_settle", pixels(window), Stage::gather, window, f.edges,
                    static_cast<float>(positions) / static_cast<float>(done), static_cast<cl_uint>(levels), f.sums,
                    f.open);
+}
+
+void open_film(Passes& p, const kernels::View& view, const kernels::Window& window) {
+  Geometry& g = p.geometry;
   setup_view(p, view, Stage::gather);
-  p.compute.launch("gather_cull", g.n_records, Stage::gather, window, f.open, g.n_records, g.records);
-  g.set_up.reset();  // some of the records are gone
-  f.settled = true;
+  p.compute.launch("gather_cull", g.n_records, Stage::gather, window, p.film.open, g.n_records, g.records);
+  g.set_up.reset();  // records are gone
+  p.film.restricted = true;
+}
+
+void close_film(Passes& p) {
+  p.film.restricted = false;
+  p.film.drawn.reset();
 }
 
 void subtract_direct(Passes& p, const kernels::View& view, const kernels::Window& window,

@@ -46,7 +46,7 @@ struct Film {
   cl::Buffer planes, edges, open;      ///< of each pixel: its first hit's plane, whether it is an edge, what to draw
   std::optional<kernels::View> drawn;  ///< of which ids hold `window`
   kernels::Window window{};
-  bool settled = false;  ///< only open pixels are drawn
+  bool restricted = false;  ///< to open pixels
 };
 
 /// The layers that a view reads: all of them, or its own alone.
@@ -101,10 +101,13 @@ bool draw_film(Passes& p, const kernels::View& view, const kernels::Window& wind
 cl_uint gather(Passes& p, const kernels::View& view, const kernels::Window& window, const LayerRange& layers,
                const std::vector<cl_uint>& levels, float scale, std::uint32_t round, std::uint32_t rounds, Stage stage,
                std::uint32_t position = NO_POSITION);
-/// Takes the pixels in which `done` positions found no edge out of what is drawn until the view is drawn `again`: they
-/// count as gathered at all `positions`.
-void settle_film(Passes& p, const kernels::View& view, const kernels::Window& window, std::size_t levels,
-                 std::uint32_t done, std::uint32_t positions);
+/// After `done` of `positions` subpixel positions that looked for edges: pixels without one count as gathered at all
+/// positions, and the others are written to the film's `open`.
+void settle_film(Passes& p, const kernels::Window& window, std::size_t levels, std::uint32_t done,
+                 std::uint32_t positions);
+/// From now on draws nothing but the pixels that are `open`, until close_film.
+void open_film(Passes& p, const kernels::View& view, const kernels::Window& window);
+void close_film(Passes& p);
 /// Subtracts from the film what pass 2's function gives at the points of some pixels themselves, at the subpixel
 /// position that `gather` has just added.
 void subtract_direct(Passes& p, const kernels::View& view, const kernels::Window& window,

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::array omissions{"equal-channels", "black-channels",     "dark-lights",       "clipping",
                                "unread-texels",  "idle-layers",        "light-map-redraws", "camera-redraws",
-                               "layers",         "interior-positions", "pyramids"};
+                               "layers",         "interior-positions", "checkpoints",       "pyramids"};
 
 constexpr double irradiance_limit = 1e30;  // sums of products with it stay in float32
 

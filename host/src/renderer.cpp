@@ -158,9 +158,14 @@ void Renderer::frame() {
 std::uint32_t Renderer::frames() const { return state_->frame; }
 
 bool Renderer::checkpoint() const {
-  std::uint32_t n = state_->frame;
+  State& s = *state_;
+  std::uint32_t n = s.frame;
   while (n > 4 && n % 2 == 0) n /= 2;
-  return n >= 1 && n <= 4;
+  if (n < 1 || n > 4) return false;
+  // Error falls about as one over the frames, never as their square: until then it needn't be asked for.
+  const double ratio = static_cast<double>(s.estimated_at) / s.frame;
+  const bool hopeless = s.estimated_at > 0 && s.statistics.estimated_relmse * ratio * ratio > s.settings.error;
+  return !hopeless || !(s.settings.error > 0) || kept(s.settings, "checkpoints");
 }
 
 /// All subpixel positions of one window; those of edges alone after the first few. Returns how many points no layer
@@ -174,7 +179,8 @@ std::uint64_t Renderer::State::gather_window(std::size_t camera, kernels::Window
   std::uint64_t direct = 0;
   for (std::uint32_t i = 0; i < positions; ++i) {
     if (settles && i == interior_positions) {
-      settle_film(passes, view, w, levels.size(), i, positions);
+      settle_film(passes, w, levels.size(), i, positions);
+      open_film(passes, view, w);
     }
     const glm::ivec2 s = positions == 1 ? glm::ivec2(single_position) : subpixel_position(i, 0);
     w.sample_x = s.x;
@@ -183,10 +189,7 @@ std::uint64_t Renderer::State::gather_window(std::size_t camera, kernels::Window
     direct += gather(passes, view, w, layers_of(camera), levels, 1.0F / static_cast<float>(frame), i * rounds, rounds,
                      Stage::gather, settles && i < interior_positions ? i : NO_POSITION);
   }
-  if (settles) {
-    passes.film.settled = false;
-    passes.film.drawn.reset();
-  }
+  if (settles) close_film(passes);
   return direct;
 }
 
@@ -242,14 +245,11 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
 double Renderer::estimate() {
   State& s = *state_;
   return with_device_errors(s.compute.info(), [&] {
-    // The first estimate tries all levels; later ones the level shown, the next finer and 0, since the best level
-    // falls as the image converges.
-    std::uint32_t top = s.level, stop = top > 0 ? top - 1 : 0;
-    if (s.first_estimate && s.plan.pyramids) {
-      top = std::min(s.passes.layers.levels - 1, coarsest_level);
-      stop = 0;
-    }
-    s.first_estimate = false;
+    // The first estimate tries all levels; later ones the level shown and all finer, since the best level falls as the
+    // image converges.
+    std::uint32_t top = s.level;
+    if (s.estimated_at == 0 && s.plan.pyramids) top = std::min(s.passes.layers.levels - 1, coarsest_level);
+    s.estimated_at = s.frame;
     double best = INFINITY;
     for (std::uint32_t level = top;; level -= 2) {
       std::vector<cl_uint> levels;
@@ -266,7 +266,7 @@ double Renderer::estimate() {
           best = worst[i];
           s.level = levels[i];
         }
-      if (level <= stop + 1 || level <= 2) break;
+      if (level <= 2) break;
     }
     s.statistics.estimated_relmse = best;
     return best;
@@ -275,6 +275,7 @@ double Renderer::estimate() {
 
 Image Renderer::image(std::size_t camera) {
   State& s = *state_;
+  if (s.estimated_at != s.frame) estimate();  // which pyramid level to show
   return with_device_errors(s.compute.info(), [&] {
     std::vector<cl_uint> levels;
     if (s.level > 0) levels.push_back(s.level);

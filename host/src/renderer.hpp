@@ -49,7 +49,8 @@ class Renderer {
   void frame();
   /// Frames done so far.
   [[nodiscard]] std::uint32_t frames() const;
-  /// True after frames 1, 2, 3, 4, 6, 8, 12, 16, ...: when an estimate is due.
+  /// True after frames 1, 2, 3, 4, 6, 8, 12, 16, ..., when an estimate is due; of these not where the error can't yet
+  /// be below its target, going by the last estimate.
   [[nodiscard]] bool checkpoint() const;
   /// Gathers the image and estimates its relMSE (sampling error, blur included); negative when no pixel is covered
   /// fully, so that nothing is known. Waits.

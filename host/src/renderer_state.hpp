@@ -41,8 +41,8 @@ struct Renderer::State {
   std::vector<glm::dvec3> points;  // the mesh's positions in object units
   Statistics statistics;
   std::uint32_t frame = 0, epoch = 0;
-  std::uint32_t level = 0;  // of the pyramids, as shown by the last estimate
-  bool first_estimate = true;
+  std::uint32_t level = 0;         // of the pyramids, as shown by the last estimate
+  std::uint32_t estimated_at = 0;  // the frame of the last estimate
 
   std::uint64_t fallback_pixels = 0;  // of the last gather
   double direct_evaluations = 0.0;    // at pixels themselves
