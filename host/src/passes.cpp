@@ -49,6 +49,7 @@ void upload_geometry(Passes& p, const Mesh& mesh) {
   g.positions = p.compute.upload(positions);
   g.triangles = p.compute.upload(triangles);
   g.normals = p.compute.upload(normals);
+  g.n_positions = static_cast<cl_uint>(mesh.positions.size());
   g.n_triangles = static_cast<cl_uint>(mesh.triangles.size());
   g.n_records = g.n_triangles * p.plan.slots;
   g.records = p.compute.buffer<kernels::RasterTriangle>(g.n_records);

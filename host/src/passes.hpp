@@ -13,7 +13,7 @@ struct Geometry {
   cl::Buffer triangles;  ///< 3 uint per triangle
   cl::Buffer normals;    ///< 9 float per triangle: shading normals of its corners
   cl::Buffer records, large, n_large;
-  cl_uint n_triangles = 0, n_records = 0;
+  cl_uint n_positions = 0, n_triangles = 0, n_records = 0;
 };
 
 /// The light maps of both halves, their height pyramids, and the lights themselves.
