@@ -42,6 +42,12 @@ std::vector<std::vector<float>> sight_of(Passes& p, const std::vector<kernels::V
 
 }  // namespace
 
+std::uint64_t sight_bytes(std::uint32_t layers) {
+  const std::uint64_t candidates = candidate_directions + 2 * std::uint64_t{layers};
+  return surface_samples * (2 * sizeof(kernels::float4) + candidates * sizeof(float)) +
+         std::uint64_t{candidate_size} * candidate_size * 2 * sizeof(cl_uint);
+}
+
 std::vector<kernels::Window> tiles(glm::uvec2 film) {
   std::vector<kernels::Window> all;
   for (std::uint32_t y = 0; y < film.y; y += window_limit)
