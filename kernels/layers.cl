@@ -321,17 +321,22 @@ __kernel void layers_accumulate(const uint n_points, __global const float4* rest
   }
 }
 
-// For the choice of layers: how well a view sees each point of the surface, its cosine, or 0 where it is hidden.
-__kernel void layers_visibility(const View view, __global const uint* restrict depth, const uint n_points,
-                                __global const float4* restrict points, __global float* restrict quality) {
+// For the choice of layers: how well a view and the opposite one see each point of the surface, its cosine, or 0 where
+// it is hidden; one after the other from `first` on.
+__kernel void layers_visibility(const View view, __global const uint* restrict nearest,
+                                __global const uint* restrict farthest, const uint n_points,
+                                __global const float4* restrict points, const uint first,
+                                __global float* restrict quality) {
   const uint i = (uint)get_global_id(0);
   if (i >= n_points) return;
   const float3 n = points[2 * i + 1].xyz, film = film_coordinates(view, view_coordinates(view, points[2 * i].xyz));
   const float cosine = fabs(dot(n, view.back.xyz));
   const int x = clamp((int)film.x, 0, (int)view.width - 1), y = clamp((int)film.y, 0, (int)view.height - 1);
-  const uint key = depth[(uint)y * view.width + (uint)x];
-  const float q = key == NO_DEPTH ? 0.0f : as_float(~key);
+  const uint pixel = (uint)y * view.width + (uint)x;
+  const int empty = nearest[pixel] == NO_DEPTH;
+  const float front = empty ? 0.0f : as_float(~nearest[pixel]), back = empty ? FLT_MAX : as_float(~farthest[pixel]);
   // Within the texel the surface itself rises by its slope; a quarter more forgives the neighbours' curvature.
   const float rise = (0.25f + 0.7071f * sqrt(1.0f - fmin(cosine * cosine, 1.0f)) / fmax(cosine, 0.05f)) / view.scale;
-  quality[i] = film.z + rise >= q ? cosine : 0.0f;
+  quality[first + i] = film.z + rise >= front ? cosine : 0.0f;
+  quality[first + n_points + i] = film.z - rise <= back ? cosine : 0.0f;
 }

@@ -16,14 +16,22 @@ static float3 film_coordinates(View view, float3 c) {
   return (float3)(view.centre_x + view.scale * c.x, view.centre_y + view.scale * c.y, c.z + 2.0f);
 }
 
-static RasterTriangle raster_triangle(uint triangle, float3 a, float3 b, float3 c) {
+// A corner on film: x and y in 1/256 pixels, and the bits of its nearness.
+static int4 film_corner(float3 film) {
+  return (int4)(convert_int_rte(film.x * (float)SUBPIXELS), convert_int_rte(film.y * (float)SUBPIXELS), as_int(film.z),
+                0);
+}
+
+static RasterTriangle raster_triangle(uint triangle, int4 corner_a, int4 corner_b, int4 corner_c) {
   RasterTriangle t;
-  t.x0 = convert_int_rte(a.x * (float)SUBPIXELS);
-  t.y0 = convert_int_rte(a.y * (float)SUBPIXELS);
-  t.x1 = convert_int_rte(b.x * (float)SUBPIXELS);
-  t.y1 = convert_int_rte(b.y * (float)SUBPIXELS);
-  t.x2 = convert_int_rte(c.x * (float)SUBPIXELS);
-  t.y2 = convert_int_rte(c.y * (float)SUBPIXELS);
+  t.x0 = corner_a.x;
+  t.y0 = corner_a.y;
+  t.x1 = corner_b.x;
+  t.y1 = corner_b.y;
+  t.x2 = corner_c.x;
+  t.y2 = corner_c.y;
+  const float a = as_float(corner_a.z);
+  float b = as_float(corner_b.z), c = as_float(corner_c.z);
   const i64 area = edge_function(t.x0, t.y0, t.x1, t.y1, t.x2, t.y2);
   if (area < 0) {  // surfaces are two-sided: the back of a triangle is drawn like its front
     const int x = t.x1, y = t.y1;
@@ -31,18 +39,18 @@ static RasterTriangle raster_triangle(uint triangle, float3 a, float3 b, float3 
     t.y1 = t.y2;
     t.x2 = x;
     t.y2 = y;
-    const float3 swap = b;
+    const float swap = b;
     b = c;
     c = swap;
   }
   const float inverse = 1.0f / (float)(area < 0 ? -area : area);
-  const float dx1 = (float)(t.x1 - t.x0), dy1 = (float)(t.y1 - t.y0), dq1 = b.z - a.z;
-  const float dx2 = (float)(t.x2 - t.x0), dy2 = (float)(t.y2 - t.y0), dq2 = c.z - a.z;
-  t.q0 = a.z;
+  const float dx1 = (float)(t.x1 - t.x0), dy1 = (float)(t.y1 - t.y0), dq1 = b - a;
+  const float dx2 = (float)(t.x2 - t.x0), dy2 = (float)(t.y2 - t.y0), dq2 = c - a;
+  t.q0 = a;
   t.q_x = (dq1 * dy2 - dq2 * dy1) * inverse;
   t.q_y = (dq2 * dx1 - dq1 * dx2) * inverse;
-  t.q_min = fmin(a.z, fmin(b.z, c.z));
-  t.q_max = fmax(a.z, fmax(b.z, c.z));
+  t.q_min = fmin(a, fmin(b, c));
+  t.q_max = fmax(a, fmax(b, c));
   t.triangle = area == 0 ? NO_TRIANGLE : triangle;
   return t;
 }
@@ -82,7 +90,8 @@ __kernel void raster_setup(const View view, __global const float4* restrict posi
   const float3 b = view_coordinates(view, positions[triangles[3 * i + 1]].xyz);
   const float3 c = view_coordinates(view, positions[triangles[3 * i + 2]].xyz);
 #if SLOTS == 1
-  records[i] = raster_triangle(i, film_coordinates(view, a), film_coordinates(view, b), film_coordinates(view, c));
+  records[i] = raster_triangle(i, film_corner(film_coordinates(view, a)), film_corner(film_coordinates(view, b)),
+                               film_corner(film_coordinates(view, c)));
 #else
   // Of at most 8 corners.
   float3 polygon[8], clipped[8];
@@ -108,16 +117,18 @@ __kernel void raster_setup(const View view, __global const float4* restrict posi
     RasterTriangle t;
     t.triangle = NO_TRIANGLE;
     if (s + 2 < n)
-      t = raster_triangle(i, film_coordinates(view, polygon[0]), film_coordinates(view, polygon[s + 1]),
-                          film_coordinates(view, polygon[s + 2]));
+      t = raster_triangle(i, film_corner(film_coordinates(view, polygon[0])),
+                          film_corner(film_coordinates(view, polygon[s + 1])),
+                          film_corner(film_coordinates(view, polygon[s + 2])));
     records[SLOTS * i + s] = t;
   }
 #endif
 }
 
-// Draws every `step`-th row of the box from row `first` on: depths, or ids where the depth is this triangle's.
+// Draws every `step`-th row of the box from row `first` on: depths, or ids where the depth is this triangle's; and the
+// farthest depths if they are wanted.
 static void draw_rows(RasterTriangle t, PixelBox box, Window window, int first, int step, __global uint* depth,
-                      __global uint* ids) {
+                      __global uint* ids, __global uint* farthest) {
   const i64 bias0 = edge_bias(t.x0, t.y0, t.x1, t.y1), bias1 = edge_bias(t.x1, t.y1, t.x2, t.y2),
             bias2 = edge_bias(t.x2, t.y2, t.x0, t.y0);
   const i64 step0 = -(i64)(t.y1 - t.y0) * SUBPIXELS, step1 = -(i64)(t.y2 - t.y1) * SUBPIXELS,
@@ -137,6 +148,7 @@ static void draw_rows(RasterTriangle t, PixelBox box, Window window, int first, 
         atomic_min(&depth[pixel], key);
       else if (depth[pixel] == key)
         atomic_min(&ids[pixel], t.triangle);
+      if (farthest) atomic_max(&farthest[pixel], key);
     }
   }
 }
@@ -151,7 +163,7 @@ static void draw_small(__global const RasterTriangle* records, uint i, Window wi
   const PixelBox box = pixel_box(t, window);
   if (box.x0 >= box.x1 || box.y0 >= box.y1) return;
   if (is_small(box))
-    draw_rows(t, box, window, 0, 1, depth, ids);
+    draw_rows(t, box, window, 0, 1, depth, ids, 0);
   else if (large)
     large[atomic_inc(n_large)] = i;
 }
@@ -160,7 +172,7 @@ static void draw_large(__global const RasterTriangle* records, uint item, uint i
                        __global uint* depth, __global uint* ids, uint n_large, __global const uint* large) {
   for (uint unit = item; unit < n_large * LARGE_BLOCKS; unit += items) {
     const RasterTriangle t = records[large[unit / LARGE_BLOCKS]];
-    draw_rows(t, pixel_box(t, window), window, (int)(unit % LARGE_BLOCKS), (int)LARGE_BLOCKS, depth, ids);
+    draw_rows(t, pixel_box(t, window), window, (int)(unit % LARGE_BLOCKS), (int)LARGE_BLOCKS, depth, ids, 0);
   }
 }
 
@@ -188,6 +200,27 @@ __kernel void raster_ids_large(const Window window, __global const RasterTriangl
                                __global uint* depth, __global uint* ids) {
   const uint i = (uint)get_global_id(0), items = (uint)get_global_size(0);
   draw_large(records, i, items, window, depth, ids, n_large[0], large);
+}
+
+// The vertices of the mesh on an orthographic film.
+__kernel void raster_corners(const View view, __global const float4* restrict positions, const uint n_positions,
+                             __global int4* restrict corners) {
+  const uint i = (uint)get_global_id(0);
+  if (i < n_positions) corners[i] = film_corner(film_coordinates(view, view_coordinates(view, positions[i].xyz)));
+}
+
+// The nearest and the farthest surface on a small film, which an orthographic view and the opposite one see: many views
+// in a row, so that no record is kept, and triangles between pixels' centres, nearly all of a fine mesh, cost little.
+__kernel void raster_sight(const Window window, __global const int4* restrict corners,
+                           __global const uint* restrict triangles, const uint n_triangles, __global uint* nearest,
+                           __global uint* farthest) {
+  const uint i = (uint)get_global_id(0);
+  if (i >= n_triangles) return;
+  const int4 a = corners[triangles[3 * i]], b = corners[triangles[3 * i + 1]], c = corners[triangles[3 * i + 2]];
+  const PixelBox box = corners_box(a.x, a.y, b.x, b.y, c.x, c.y, window);
+  if (box.x0 >= box.x1 || box.y0 >= box.y1) return;
+  const RasterTriangle t = raster_triangle(i, a, b, c);
+  if (t.triangle != NO_TRIANGLE) draw_rows(t, box, window, 0, 1, nearest, 0, farthest);
 }
 
 // The surface at a sample of a view: the first hit, both normals turned to the viewer.

@@ -191,6 +191,7 @@ TEST_F(CliTest, StatisticsHaveAllTheirKeys) {
                           "/layers/texels_evaluated",
                           "/fallback_pixels",
                           "/bytes/peak",
+                          "/bytes/planned",
                           "/left_out/0/what",
                           "/left_out/0/why",
                           "/left_out/0/saves/unit",

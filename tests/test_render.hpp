@@ -155,6 +155,7 @@ inline std::size_t pixels_inside(const Image& image) {
 inline void expect_sane(const Rendered& r, const std::string& what, glm::bvec3 lit = {true, true, true}) {
   const Image& image = r.image;
   EXPECT_EQ(r.statistics.nonfinite, 0U) << what;
+  EXPECT_LE(r.statistics.bytes_peak, r.statistics.bytes_planned) << what;
   ASSERT_EQ(image.rgba.size(), std::size_t{4} * image.width * image.height) << what;
   std::size_t bad = 0, holes = 0;
   const double bright = 0.1 * mean_value(image);

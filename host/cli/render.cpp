@@ -133,12 +133,25 @@ std::vector<std::string> write_images(Renderer& renderer, const Input& input, co
   return written;
 }
 
+/// The scene for the renderer. The geometry goes with it, since at millions of triangles each copy counts.
+Scene take_scene(Input& input) {
+  Mesh& mesh = input.scene.mesh;
+  auto positions = std::move(mesh.positions);
+  auto triangles = std::move(mesh.triangles);
+  auto normals = std::move(mesh.normals);
+  Scene scene = input.scene;
+  scene.mesh.positions = std::move(positions);
+  scene.mesh.triangles = std::move(triangles);
+  scene.mesh.normals = std::move(normals);
+  return scene;
+}
+
 void print_input(const Input& input, const Renderer& renderer) {
   const MeshCounts& counts = input.scene.mesh.counts;
   const DeviceInfo& device = renderer.device();
   fmt::print(stderr, "parian: {} triangles in {} parts, from {} faces; material {}; {} lights; {} cameras\n",
-             input.scene.mesh.triangles.size(), counts.parts, counts.faces_read, input.scene.material.name,
-             input.scene.lights.size(), input.scene.cameras.size());
+             counts.triangles, counts.parts, counts.faces_read, input.scene.material.name, input.scene.lights.size(),
+             input.scene.cameras.size());
   fmt::print(stderr, "parian: device {}: {} ({}), {} lanes\n", device.index, device.name, device.platform,
              device.vector_width);
   fmt::print(stderr, "parian: {}\n", describe(input.settings));
@@ -175,10 +188,10 @@ int run_render(const RenderOptions& options) {
                                               options.exposure, -largest_stops, largest_stops));
   }
   check_outputs(options);
-  const Input input = load_input(options.input.input, overrides);
+  Input input = load_input(options.input.input, overrides);
   check_names(options, input.scene.cameras.size());
   const double loaded = clock.seconds();
-  Renderer renderer(input.scene, input.settings, options.input.device_selector(input.device));
+  Renderer renderer(take_scene(input), input.settings, options.input.device_selector(input.device));
   Warnings warnings(input);
   warnings.say(input.scene.mesh.warnings);
   warnings.say(renderer.statistics().warnings);

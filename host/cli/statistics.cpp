@@ -57,7 +57,7 @@ std::string statistics_json(const Statistics& statistics, const DeviceInfo& devi
                     {"texels", statistics.layers_texels},
                     {"texels_evaluated", statistics.layers_texels_evaluated}};
   json["fallback_pixels"] = statistics.fallback_pixels;
-  json["bytes"] = {{"peak", statistics.bytes_peak}};
+  json["bytes"] = {{"peak", statistics.bytes_peak}, {"planned", statistics.bytes_planned}};
   json["left_out"] = omissions(statistics.left_out);
   json["nonfinite"] = statistics.nonfinite;
   json["warnings"] = statistics.warnings;

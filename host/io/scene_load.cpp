@@ -79,7 +79,7 @@ Mesh load_mesh(const SceneFile& scene) {
   PolygonMesh polygons = read_mesh_file(scene.object.mesh);
   place_mesh(polygons, scene);
   try {
-    return clean_mesh(polygons);
+    return clean_mesh(std::move(polygons));
   } catch (const Error& error) {
     const std::string message = error.what();
     if (message.starts_with(file)) throw;

@@ -177,17 +177,23 @@ void compute_normals(const Topology& topology, double crease_degrees, Mesh& mesh
     fans.join(h, next(mate));
     fans.join(next(h), mate);
   }
-  std::vector<glm::dvec3> sums(3 * triangles.size(), glm::dvec3(0.0));
-  for (std::uint32_t h = 0; h < sums.size(); ++h) {
+  std::vector<std::uint32_t> fan(3 * triangles.size());  // of each corner, numbered by their first corners
+  std::uint32_t count = 0;
+  for (std::uint32_t h = 0; h < fan.size(); ++h) {
+    const std::uint32_t root = fans.find(h);
+    fan[h] = root == h ? count++ : fan[root];
+  }
+  std::vector<glm::dvec3> sums(count, glm::dvec3(0.0));
+  for (std::uint32_t h = 0; h < fan.size(); ++h) {
     const glm::uvec3& t = triangles[h / 3];
     const glm::dvec3 at = mesh.positions[t[h % 3]];
     const glm::dvec3 e = mesh.positions[t[(h + 1) % 3]] - at;
     const glm::dvec3 f = mesh.positions[t[(h + 2) % 3]] - at;
-    sums[fans.find(h)] += std::atan2(glm::length(glm::cross(e, f)), glm::dot(e, f)) * flat[h / 3];
+    sums[fan[h]] += std::atan2(glm::length(glm::cross(e, f)), glm::dot(e, f)) * flat[h / 3];
   }
-  mesh.normals.resize(sums.size());
-  for (std::uint32_t h = 0; h < sums.size(); ++h) {
-    const glm::dvec3& sum = sums[fans.find(h)];
+  mesh.normals.resize(fan.size());
+  for (std::uint32_t h = 0; h < fan.size(); ++h) {
+    const glm::dvec3& sum = sums[fan[h]];
     // A fan that curls round may cancel, or bend away from one of its triangles: that corner stays flat.
     const bool usable = glm::dot(sum, flat[h / 3]) > 1e-6 * glm::length(sum);
     mesh.normals[h] = glm::vec3(usable ? sum / glm::length(sum) : flat[h / 3]);
@@ -196,15 +202,18 @@ void compute_normals(const Topology& topology, double crease_degrees, Mesh& mesh
 
 }  // namespace
 
-Mesh clean_mesh(const PolygonMesh& polygons, double crease_degrees) {
+Mesh clean_mesh(PolygonMesh polygons, double crease_degrees) {
   check(polygons);
   Mesh mesh;
   MeshCounts& counts = mesh.counts;
   counts.faces_read = polygons.face_sizes.size();
   counts.points_read = polygons.points.size();
-  const std::vector<std::uint32_t> joined = join_points(polygons.points);
+  std::vector<std::uint32_t> joined = join_points(polygons.points);
   mesh.triangles = make_triangles(polygons, joined, counts);
+  counts.triangles = mesh.triangles.size();
   keep_used_points(polygons, joined, mesh);
+  polygons = {};  // at millions of triangles each copy counts
+  joined = {};
   Topology topology = find_topology(mesh.triangles, mesh.positions.size());
   counts.parts_turned = orient_closed_parts(mesh.positions, mesh.triangles, topology);
   counts.boundary_edges = topology.boundary_edges;

@@ -26,6 +26,7 @@ struct MeshCounts {
   std::size_t non_manifold_edges = 0;   ///< edges with more than two triangles, or two that disagree
   std::size_t parts = 0;                ///< connected components
   std::size_t parts_turned = 0;         ///< closed components that faced inward
+  std::size_t triangles = 0;            ///< left
 };
 
 /// Clean triangles in double precision, with one unit normal per corner.
@@ -40,7 +41,8 @@ struct Mesh {
 
 /// Joins duplicate points, drops unreferenced points and zero-area triangles, triangulates polygons, turns closed
 /// parts that face inward, and computes angle-weighted corner normals split at edges sharper than `crease_degrees`.
-/// Throws Error(input) on NaN or infinite coordinates, indices out of range, or when no triangle with area is left.
-[[nodiscard]] Mesh clean_mesh(const PolygonMesh& polygons, double crease_degrees = 40.0);
+/// Moving a large mesh in saves its copy. Throws Error(input) on NaN or infinite coordinates, indices out of range, or
+/// when no triangle with area is left.
+[[nodiscard]] Mesh clean_mesh(PolygonMesh polygons, double crease_degrees = 40.0);
 
 }  // namespace parian

@@ -40,19 +40,16 @@ void upload_geometry(Passes& p, const Mesh& mesh) {
     const glm::vec3 o((x - p.plan.space.centre) / p.plan.space.radius);
     positions.push_back({o.x, o.y, o.z, 1.0F});
   }
-  std::vector<cl_uint> triangles;
-  triangles.reserve(3 * mesh.triangles.size());
-  for (const glm::uvec3& t : mesh.triangles) triangles.insert(triangles.end(), {t.x, t.y, t.z});
-  std::vector<float> normals;
-  normals.reserve(3 * mesh.normals.size());
-  for (const glm::vec3& n : mesh.normals) normals.insert(normals.end(), {n.x, n.y, n.z});
+  static_assert(sizeof(glm::uvec3) == 3 * sizeof(cl_uint) && sizeof(glm::vec3) == 3 * sizeof(float));
   Geometry& g = p.geometry;
   g.positions = p.compute.upload(positions);
-  g.triangles = p.compute.upload(triangles);
-  g.normals = p.compute.upload(normals);
+  g.triangles = p.compute.upload(mesh.triangles);
+  g.normals = p.compute.upload(mesh.normals);
+  g.n_positions = static_cast<cl_uint>(mesh.positions.size());
   g.n_triangles = static_cast<cl_uint>(mesh.triangles.size());
   g.n_records = g.n_triangles * p.plan.slots;
-  g.records = p.compute.buffer<kernels::RasterTriangle>(g.n_records);
+  g.records = p.compute.buffer<kernels::RasterTriangle>(std::max(
+      std::size_t{g.n_records}, g.n_positions * sizeof(cl_int4) / sizeof(kernels::RasterTriangle) + 1));  // or corners
   g.large = p.compute.buffer<cl_uint>(g.n_records);
   g.n_large = p.compute.buffer<cl_uint>(1);
 }

@@ -15,7 +15,7 @@ struct Geometry {
   cl::Buffer normals;    ///< 9 float per triangle: shading normals of its corners
   cl::Buffer records, large, n_large;
   std::optional<kernels::View> set_up;  ///< of which the records are
-  cl_uint n_triangles = 0, n_records = 0;
+  cl_uint n_positions = 0, n_triangles = 0, n_records = 0;
 };
 
 /// The light maps of both halves, their height pyramids, and the lights themselves.

@@ -31,15 +31,17 @@ void Renderer::State::prepare() {
     Timer timer(statistics.seconds.plan);
     for (auto& doubt : require_sound(compute, settings, plan.lanes)) plan.warnings.push_back(doubt);
     passes.seed = settings.seed;
-    for (const glm::dvec3& x : scene.mesh.positions) points.push_back((x - plan.space.centre) / plan.space.radius);
     for (const Camera& camera : scene.cameras) cameras.push_back(pinhole_view(camera, plan.space, scene.film));
     upload_geometry(passes, scene.mesh);
+    scene.mesh.normals = {};  // at millions of triangles each copy counts
+    for (glm::dvec3& x : scene.mesh.positions) x = (x - plan.space.centre) / plan.space.radius;
     passes.media = compute.upload(plan.media);
     passes.rho = compute.upload(plan.density.rho);
     allocate_film();
-    make_light_maps(passes, points, settings.light_map_size);
+    make_light_maps(passes, scene.mesh.positions, settings.light_map_size);
     draw_light_maps(passes, 0, settings.light_map_shift);
     plan_layers();
+    scene.mesh = {};
     compute.finish();
   });
 }
@@ -85,7 +87,7 @@ void Renderer::State::plan_layers() {
   }
   SurfaceSight sight;
   std::vector<kernels::View> views =
-      place_layers(passes, points, scene.mesh.triangles, settings.layers, settings.layer_size, sight);
+      place_layers(passes, scene.mesh.positions, scene.mesh.triangles, settings.layers, settings.layer_size, sight);
   make_layers(passes, views, plan.pyramids);
   statistics.layers_covered = layer_coverage(passes, sight);
   std::vector<cl_uint> needed = covered_texels(passes);
@@ -128,8 +130,8 @@ void Renderer::State::count_layers(std::size_t covered, std::size_t needed) {
   statistics.layers_texels_evaluated = needed;
 }
 
-Renderer::Renderer(const Scene& scene, const Settings& settings, const std::string& selector)
-    : state_(std::make_unique<State>(scene, settings, selector)) {
+Renderer::Renderer(Scene scene, const Settings& settings, const std::string& selector)
+    : state_(std::make_unique<State>(std::move(scene), settings, selector)) {
   state_->prepare();
 }
 

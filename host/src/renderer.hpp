@@ -37,8 +37,8 @@ class Renderer {
   /// Plans and compiles for `scene` on the device that `selector` means: an index, a case-insensitive part of
   /// "NAME PLATFORM", or empty for the default (a GPU before an accelerator before a CPU, then the most compute units).
   /// Throws Error(input) for a scene that can't be rendered and Error(device) when the device is missing, too small,
-  /// refuses, or fails the self-test and `settings` doesn't force it.
-  Renderer(const Scene& scene, const Settings& settings, const std::string& selector);
+  /// refuses, or fails the self-test and `settings` doesn't force it. Moving a large scene in saves its copy.
+  Renderer(Scene scene, const Settings& settings, const std::string& selector);
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;

@@ -2,6 +2,7 @@
 #pragma once
 #include <chrono>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "estimate.hpp"
@@ -29,16 +30,19 @@ class Timer {
 };
 
 struct Renderer::State {
-  State(const Scene& s, const Settings& set, const std::string& selector)
-      : scene(s), settings(set), compute(selector), plan(make_plan(s, set, compute.info())), passes(compute, plan) {}
+  State(Scene s, const Settings& set, const std::string& selector)
+      : scene(std::move(s)),
+        settings(set),
+        compute(selector),
+        plan(make_plan(scene, set, compute.info())),
+        passes(compute, plan) {}
 
-  Scene scene;
+  Scene scene;  // the mesh only until the plan is made, its positions then in object units
   Settings settings;
   Compute compute;
   Plan plan;
   Passes passes;
   std::vector<kernels::View> cameras;
-  std::vector<glm::dvec3> points;  // the mesh's positions in object units
   Statistics statistics;
   std::uint32_t frame = 0, epoch = 0;
   std::uint32_t level = 0;         // of the pyramids, as shown by the last estimate

@@ -40,7 +40,7 @@ std::vector<std::string> Renderer::explanation() const {
   std::vector<std::string> lines;
   lines.push_back(
       fmt::format("device    {} ({}), {} lanes", s.compute.info().name, s.compute.info().platform, s.plan.lanes));
-  lines.push_back(fmt::format("mesh      {} triangles", s.scene.mesh.triangles.size()));
+  lines.push_back(fmt::format("mesh      {} triangles", s.passes.geometry.n_triangles));
   lines.push_back(fmt::format("material  {}: {} distinct scattering channel{}", s.scene.material.name,
                               s.plan.channels(), s.plan.channels() == 1 ? "" : "s"));
   lines.push_back(
@@ -103,6 +103,7 @@ const Statistics& Renderer::statistics() const {
     t.left_out.push_back({"pyramids", "no pixel reads levels coarser than the one shown", "launches",
                           static_cast<double>(s.unbuilt), false});
   t.bytes_peak = s.compute.bytes_peak();
+  t.bytes_planned = s.plan.bytes;
   t.kernel_seconds = {};
   for (const auto& [stage, seconds] : s.compute.kernel_seconds()) {
     if (stage == Stage::plan) t.kernel_seconds.plan = seconds;

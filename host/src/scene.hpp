@@ -108,7 +108,8 @@ struct Statistics {
   double layers_covered = 0.0;  ///< of the surface seen from outside, or by the cameras whose own views the layers are
   std::uint64_t layers_texels = 0, layers_texels_evaluated = 0;
   std::uint64_t fallback_pixels = 0;
-  std::uint64_t bytes_peak = 0;
+  std::uint64_t bytes_peak = 0;     ///< on the device
+  std::uint64_t bytes_planned = 0;  ///< the plan's bound of it
   std::vector<Omission> left_out;
   std::uint64_t nonfinite = 0;
   std::vector<std::string> warnings;

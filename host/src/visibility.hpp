@@ -18,6 +18,9 @@ struct SurfaceSight {
                                                       const std::vector<glm::uvec3>& triangles, std::uint32_t count,
                                                       std::uint32_t size, SurfaceSight& sight);
 
+/// Bytes on the device that placing `layers` layers takes for a while.
+[[nodiscard]] std::uint64_t sight_bytes(std::uint32_t layers);
+
 /// Share of the surface visible from outside that at least one layer sees.
 [[nodiscard]] double layer_coverage(Passes& p, const SurfaceSight& sight);
 

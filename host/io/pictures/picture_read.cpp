@@ -6,9 +6,9 @@
 #include <array>
 
 #include "error.hpp"
-#include "image_file.hpp"
+#include "pictures.hpp"
 
-namespace parian {
+namespace parian::pictures {
 namespace {
 
 [[noreturn]] void refuse(const std::filesystem::path& path, std::string what, const char* remedy) {
@@ -34,7 +34,7 @@ int channel(const OIIO::ImageSpec& spec, const std::string& name) {
 
 }  // namespace
 
-Image read_image(const std::filesystem::path& path) {
+Image read(const std::filesystem::path& path) {
   const auto input = open(path);
   const OIIO::ImageSpec& spec = input->spec();
   if (!spec.format.is_floating_point()) {
@@ -81,4 +81,4 @@ std::map<std::string, std::string> read_notes(const std::filesystem::path& path)
   return notes;
 }
 
-}  // namespace parian
+}  // namespace parian::pictures
