@@ -170,7 +170,8 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
   const std::uint64_t values = all_levels * 32, film = pixels * 32 * (settings.gather == Gather::camera ? 1 : 3);
   const std::uint64_t films =
       settings.gather == Gather::camera ? std::uint64_t{scene.film.x} * scene.film.y * scene.cameras.size() * 32 : film;
-  plan.largest = std::max({records, maps, values, film, texels * 32, texels * 16 * plan.lights.size()});
+  plan.largest = std::max(
+      {records, maps, values, film, texels * 32, texels * 16 * plan.lights.size(), sight_bytes(settings.layers)});
   plan.bytes = scene.mesh.positions.size() * 16 + triangles * (12 + 36) + records + triangles * plan.slots * 4 + maps +
                plan.lights.size() * map * 11 + map * 8 + texels * 12 + all_levels * 20 + values +
                (texels + std::min<std::uint64_t>(pixels, direct_points)) * (32 + 16 * plan.lights.size()) + films +
