@@ -265,7 +265,7 @@ TEST_F(CliTest, BenchLeavesOutWhatASceneDoesNotHave) {
 }
 
 TEST_F(CliTest, ExplainsThePlanWithoutRendering) {
-  const Outcome plan = run(small + "--dry-run --keep clipping");
+  const Outcome plan = run(small + "--dry-run --gather layers --keep clipping");
   EXPECT_EQ(plan.code, 0) << plan.err;
   EXPECT_NE(plan.out.find("unread-texels"), std::string::npos) << plan.out;
   EXPECT_EQ(plan.out.find("left out  clipping"), std::string::npos) << plan.out;

@@ -191,12 +191,12 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
   const std::uint64_t records = triangles * plan.slots * sizeof(kernels::RasterTriangle);
   const std::uint64_t maps = plan.lights.size() * 2 * map * 16;
   const std::uint64_t values = all_levels * 32, sums = pixels * 32 * (plan.pyramids ? 3 : 1);
-  plan.largest = std::max({records, maps, values, sums, texels * 32, texels * 16 * plan.lights.size()});
+  const std::uint64_t sight = plan.gather == Gather::layers ? sight_bytes(settings.layers) : 0;
+  plan.largest = std::max({records, maps, values, sums, texels * 32, texels * 16 * plan.lights.size(), sight});
   plan.bytes = scene.mesh.positions.size() * 16 + triangles * (12 + 36) + records + triangles * plan.slots * 4 + maps +
                plan.lights.size() * map * 11 + map * 8 + texels * 12 + all_levels * 20 + values +
                (texels + std::min<std::uint64_t>(pixels, direct_points)) * (32 + 16 * plan.lights.size()) + sums +
-               pixels * 36 + (plan.gather == Gather::layers ? sight_bytes(settings.layers) : 0) +
-               (std::uint64_t{4} << 20);
+               pixels * 36 + sight + (std::uint64_t{4} << 20);
   const auto mib = [](std::uint64_t b) { return static_cast<double>(b) / 1048576.0; };
   constexpr std::uint64_t index_limit = std::uint64_t{1} << 30;  // texels and triangles are numbered in 32 bits
   const bool too_many = all_levels > index_limit || plan.lights.size() * 2 * map > index_limit ||
