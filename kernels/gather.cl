@@ -156,17 +156,32 @@ __kernel void gather_weight(const uint n_points, __global const float4* restrict
 // Whether a pixel's position hits the same smooth surface as its first one, or like it nothing: within half a pixel of
 // the first one's plane, normals within 25 degrees. That plane, (n_g, n_g.x) from the eye or 0 for nothing, is kept in
 // `plane` by position 0.
-static int on_first_plane(View view, const Surface* s, uint position, __global float4* plane) {
-  const float3 n = s ? s->n_g : (float3)(0.0f), x = s ? s->x - view.origin.xyz : (float3)(0.0f);
+static int on_first_plane(View view, Surface s, int hit, uint position, __global float4* plane) {
+  const float3 n = s.n_g, x = s.x - view.origin.xyz;
   if (position == 0) {
     *plane = (float4)(n, dot(n, x));
     return 1;
   }
   const float4 first = *plane;
-  const int hit = dot(first.xyz, first.xyz) > 0.0f;
-  if (!s || !hit) return !s && !hit;
+  const int first_hit = dot(first.xyz, first.xyz) > 0.0f;
+  if (!hit || !first_hit) return !hit && !first_hit;
   const float half_pixel = -1.0f * dot(x, view.back.xyz) / view.scale;
   return fabs(dot(first.xyz, x) - first.w) <= half_pixel && dot(first.xyz, n) > 0.5f;
+}
+
+// Marks as edges the pixels whose subpixel position number `position`, from 0 on, isn't on their first one's plane.
+__kernel void gather_edges(const View view, const Window window, __global const uint* restrict ids,
+                           __global const float4* restrict positions, __global const uint* restrict triangles,
+                           __global const float* restrict normals, const uint position, __global float4* planes,
+                           __global uint* edges) {
+  const uint i = (uint)get_global_id(0);
+  if (i >= window.width * window.height) return;
+  const int hit = ids[i] != NO_TRIANGLE;
+  const float3 p = pixel_sample(window, i);
+  Surface s;
+  s.x = s.n_g = (float3)(0.0f);
+  if (hit) s = surface_at(view, p.x, p.y, ids[i], positions, triangles, normals);
+  if (!on_first_plane(view, s, hit, position, planes + i)) edges[i] = 1;
 }
 
 // Pixels that need no more positions: all positions so far of the pixel and of its neighbours hit one smooth surface.
@@ -209,8 +224,7 @@ __kernel void gather_cull(const Window window, __global const uint* restrict ope
 }
 
 // Adds one subpixel position to the film, for up to four pyramid levels at once: film[set][pixel][half]. Points that
-// no layer sees go to the list that gather_direct works off. `position` numbers those that tell where edges are, from 0
-// on: pixels that are not all of one smooth surface, or that no layer sees, are marked.
+// no layer sees go to the list that gather_direct works off, and count as edges.
 __kernel void gather_pixels(const View view, const Window window, __global const uint* restrict ids,
                             __global const float4* restrict positions, __global const uint* restrict triangles,
                             __global const float* restrict normals, __constant View* layer_views,
@@ -218,22 +232,19 @@ __kernel void gather_pixels(const View view, const Window window, __global const
                             __global const uint* restrict slots, const uint layers_first, const uint layers_count,
                             __global const float4* restrict values, const float scale, const Boundary boundary,
                             const uint4 levels, const uint sets, __global float4* restrict film,
-                            __global uint* n_direct, __global uint* direct, const uint position,
-                            __global float4* planes, __global uint* edges) {
+                            __global uint* n_direct, __global uint* direct, __global uint* edges) {
   const uint i = (uint)get_global_id(0), n_pixels = window.width * window.height;
-  if (i >= n_pixels) return;
-  if (ids[i] == NO_TRIANGLE) {
-    if (position != NO_POSITION && !on_first_plane(view, 0, position, planes + i)) edges[i] = 1;
-    return;
-  }
+  if (i >= n_pixels || ids[i] == NO_TRIANGLE) return;
   const Layers layers = make_layers(layer_views, level_first, geometry, slots, layers_first, layers_count);
   const float3 p = pixel_sample(window, i);
   const Surface s = surface_at(view, p.x, p.y, ids[i], positions, triangles, normals);
   const float factor = scale * transmittance_to(view, s, boundary);
   float3 a0, b0;
   const int seen = gather_level(layers, 0, s.x, s.n_g, values, &a0, &b0) >= MIN_WEIGHT;
-  if (!seen) direct[atomic_inc(n_direct)] = i;
-  if (position != NO_POSITION && !(on_first_plane(view, &s, position, planes + i) && seen)) edges[i] = 1;
+  if (!seen) {
+    direct[atomic_inc(n_direct)] = i;
+    edges[i] = 1;
+  }
   for (uint set = 0; set < sets; ++set) {
     float3 a = a0, b = b0;
     __global float4* pixel = film + 2 * (set * n_pixels + i);

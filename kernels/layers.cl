@@ -282,7 +282,7 @@ __kernel void layers_points(__constant View* views, const uint n_points, __globa
   const View view = views[layer];
   const float px = (float)(t % view.width) + 0.5f, py = (float)(t / view.width) + 0.5f;
   const Surface s = surface_at(view, px, py, ids[texel], positions, triangles, normals);
-  points[2 * i] = (float4)(s.x, as_float(texel | POINT_BITS));
+  points[2 * i] = (float4)(s.x, as_float((view.number * size + t) | POINT_BITS));
   points[2 * i + 1] = (float4)(s.n_s, 0.0f);
   for (uint l = 0; l < n_lights; ++l)
     centres[l * n_points + i] =

@@ -41,8 +41,8 @@ typedef struct {
   float near_distance;  // of a pinhole; 0 marks an orthographic view
   uint width;           // film size in pixels
   uint height;
-  uint pad0;
-  uint pad1;
+  uint number;  // of a layer: tells its texels' samples from those of other layers
+  uint pad;
 } View;
 
 // The part of a film that buffers hold, and where in each pixel the sample lies (1/256 pixels).
@@ -93,7 +93,7 @@ typedef struct {
 // Every struct above with its last field: where that lies tells whether host and device lay the struct out alike.
 #define STRUCTS_THAT_CROSS(F) \
   F(Medium, scale)            \
-  F(Boundary, pad_1) F(View, pad1) F(Window, pad1) F(RasterTriangle, triangle) F(Light, pad) F(Density, pad1)
+  F(Boundary, pad_1) F(View, pad) F(Window, pad1) F(RasterTriangle, triangle) F(Light, pad) F(Density, pad1)
 
 // Points that a work-item of pass 2 takes on a device with several lanes; with one lane it takes one half of one point.
 #define POINTS_SIDE_BY_SIDE 8u

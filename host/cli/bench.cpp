@@ -40,6 +40,7 @@ void set_poster(Settings& settings, const Overrides& overrides) {
     for (const char* name : {"layers", "layer-size", "light-map-size", "samples"})
       if (option->name == name)
         throw Error(ErrorKind::usage, fmt::format("--poster sets --{}; leave one of the two out", name));
+  settings.gather = Gather::layers;
   settings.layers = published.layers;
   settings.layer_size = published.layer_size;
   settings.light_map_size = published.light_map_size;

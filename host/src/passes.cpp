@@ -256,10 +256,13 @@ cl_uint gather(Passes& p, const kernels::View& view, const kernels::Window& wind
   cl_uint4 level{};
   for (std::size_t s = 0; s < levels.size(); ++s) level.s[s] = levels[s];
   const cl_uint sets = static_cast<cl_uint>(levels.size());
+  if (position != NO_POSITION)
+    p.compute.launch("gather_edges", pixels(window), stage, view, window, f.ids, g.positions, g.triangles, g.normals,
+                     position, f.planes, f.edges);
   p.compute.fill(f.n_direct, 0, 1);
   p.compute.launch("gather_pixels", pixels(window), stage, view, window, f.ids, g.positions, g.triangles, g.normals,
                    k.views_buffer, k.level_first_buffer, k.geometry, k.slots, layers.first, layers.count, k.values,
-                   scale, p.plan.boundary, level, sets, f.sums, f.n_direct, f.direct, position, f.planes, f.edges);
+                   scale, p.plan.boundary, level, sets, f.sums, f.n_direct, f.direct, f.edges);
   const cl_uint n_direct = p.compute.read<cl_uint>(f.n_direct, 1)[0];
   launch_direct(p, view, window, round, rounds, 1.0F, sets, n_direct, stage);
   return n_direct;

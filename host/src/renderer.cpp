@@ -88,6 +88,7 @@ void Renderer::State::plan_layers() {
   SurfaceSight sight;
   std::vector<kernels::View> views =
       place_layers(passes, scene.mesh.positions, scene.mesh.triangles, settings.layers, settings.layer_size, sight);
+  for (std::size_t k = 0; k < views.size(); ++k) views[k].number = static_cast<cl_uint>(k);
   make_layers(passes, views, plan.pyramids);
   statistics.layers_covered = layer_coverage(passes, sight);
   std::vector<cl_uint> needed = covered_texels(passes);
