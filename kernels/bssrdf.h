@@ -24,10 +24,9 @@ SHARED real refracted_cosine(real cos_outside, CONSTANTS(Boundary) b) {
 SHARED real fresnel_transmittance(real cos_outside, CONSTANTS(Boundary) b) {
   const real c = real_max(cos_outside, real_splat(LIT(0.0)));
   const real q = refracted_cosine(c, b);
-  const real c_p = c * b.eta_sq;
-  const real s = LIT(1.0) / real_max(c + q, real_splat(LIT(1e-30)));
-  const real p = LIT(1.0) / real_max(c_p + q, real_splat(LIT(1e-30)));
-  return real_min(LIT(2.0) * ((c * s) * (q * s) + (c_p * p) * (q * p)), real_splat(LIT(1.0)));
+  const real s = c + q, p = c * b.eta_sq + q, inverse = LIT(1.0) / real_max(s * p, real_splat(LIT(1e-36)));
+  const real by_s = p * inverse, by_p = s * inverse;
+  return real_min(LIT(2.0) * c * q * (by_s * by_s + b.eta_sq * by_p * by_p), real_splat(LIT(1.0)));
 }
 
 // w12: the direction into the medium of light that comes from w_i (Snell). Under total reflection, where the
@@ -63,43 +62,52 @@ SHARED real3 bend_normal(real3 n, real3 w) {
 
 // What all channels share of a pair of points, x = x_o - x_i in any unit, w = w12, n* the modified normal.
 typedef struct {
-  real r2;      // |x|^2
-  real x_w;     // x.w
-  real x_n;     // x.n_o
-  real across;  // |x cross w|
-  real w_n;     // w.n_o
-  real s_w;     // n*.w
-  real s_n;     // n*.n_o
+  real r2;       // |x|^2
+  real x_w;      // x.w
+  real x_n;      // x.n_o
+  real across2;  // |x cross w|^2
+  real w_n;      // w.n_o
+  real s_w;      // n*.w
+  real s_n;      // n*.n_o
 } DipoleGeometry;
 
+// n* is the unit vector along x cross (n_i cross x), so that n*.v = (n_i cross x).(v cross x) / (|n_i cross x| |x|).
 SHARED DipoleGeometry dipole_geometry(real3 x, real3 w12, real3 n_i, real3 n_o) {
   DipoleGeometry g;
+  const real3 n_x = real3_cross(n_i, x), w_x = real3_cross(w12, x), o_x = real3_cross(n_o, x);
   g.r2 = real3_dot(x, x);
-  const real3 unit_x = real3_scale(x, real_rsqrt(real_max(g.r2, real_splat(TINY))));
-  const real3 n_star = real3_select(g.r2 < TINY, n_i, normal_part(n_i, unit_x));
-  const real3 x_cross_w = real3_cross(x, w12);
   g.x_w = real3_dot(x, w12);
   g.x_n = real3_dot(x, n_o);
-  g.across = real_sqrt(real3_dot(x_cross_w, x_cross_w));
+  g.across2 = real3_dot(w_x, w_x);
   g.w_n = real3_dot(w12, n_o);
-  g.s_w = real3_dot(n_star, w12);
-  g.s_n = real3_dot(n_star, n_o);
+  const real inverse = LIT(1.0) / g.r2, sin2 = real3_dot(n_x, n_x) * inverse;
+  const real scale = inverse * real_rsqrt(sin2);
+  g.s_w = real3_dot(n_x, w_x) * scale;
+  g.s_n = real3_dot(n_x, o_x) * scale;
+  const mask usual = (g.r2 >= TINY) & (sin2 >= PARALLEL_LIMIT);
+  if (mask_any(!usual)) {
+    const real3 unit_x = real3_scale(x, real_rsqrt(real_max(g.r2, real_splat(TINY))));
+    const real3 n_star = real3_select(g.r2 < TINY, n_i, normal_part(n_i, unit_x));
+    g.s_w = real_select(usual, g.s_w, real3_dot(n_star, w12));
+    g.s_n = real_select(usual, g.s_n, real3_dot(n_star, n_o));
+  }
   return g;
 }
 
 // --- Models: S without Fresnel factors, in the inverse square of the unit of x; never negative ---
 
-// exp(-t), t cut off where float32 has nothing left.
-SHARED real attenuation(real t) { return real_exp(-real_min(t, real_splat(LIT(100.0)))); }
+// exp(-t) and exp(-t) - 1, t cut off where float32 has nothing left.
+SHARED real attenuation(real t) { return real_exp(-real_min(t, real_splat(LIT(87.0)))); }
+SHARED real attenuation_minus_1(real t) { return real_expm1(-real_min(t, real_splat(LIT(87.0)))); }
 
 // (1 + sigma d) / d^3 from u = 1/d.
 SHARED real dipole_gradient(real u, real sigma) { return u * u * (u + sigma); }
 
 #if defined(__cplusplus) || MODEL == 0
 // FHK 24, 25: squared real-source distance minus r^2, in mean free paths. The floor keeps 1/d^5 in range.
-SHARED real real_source_offset(CONSTANTS(Medium) m, real r2, real across, real mu0) {
+SHARED real real_source_offset(CONSTANTS(Medium) m, real r2, real across2, real mu0) {
   const real third = mu0 * LIT(0.33333333333333333);
-  const real lit = third * (third + LIT(2.0) * m.d_e * across * real_rsqrt(r2 + m.d_e * m.d_e));
+  const real lit = third * (third + LIT(2.0) * m.d_e * real_sqrt(across2 / (r2 + m.d_e * m.d_e)));
   return real_max(real_select(mu0 > LIT(0.0), lit, real_splat(m.a_back)), real_splat(LIT(1e-12)));
 }
 
@@ -108,21 +116,22 @@ SHARED real real_source_offset(CONSTANTS(Medium) m, real r2, real across, real m
 // normal to x.
 SHARED real directional_dipole(CONSTANTS(Medium) m, DipoleGeometry g) {
   const real sigma = real_splat(m.sigma_tr);
-  const real r2 = g.r2 * m.sigma_t_prime * m.sigma_t_prime;
+  const real scale2 = real_splat(m.sigma_t_prime * m.sigma_t_prime);
+  const real r2 = g.r2 * scale2;
   const real x_w = g.x_w * m.sigma_t_prime;
   const real x_n = g.x_n * m.sigma_t_prime;
 
-  const real a_r = real_source_offset(m, r2, g.across * m.sigma_t_prime, -g.w_n);
+  const real a_r = real_source_offset(m, r2, g.across2 * scale2, -g.w_n);
   const real a_v = real_splat(m.z_v * m.z_v);
   const real d_r = real_sqrt(r2 + a_r), d_v = real_sqrt(r2 + a_v);
-  const real u = LIT(1.0) / d_r, v = LIT(1.0) / d_v;
-  const real delta = (a_v - a_r) / (d_r + d_v);  // d_v - d_r
-  const real Du = delta * u * v;
+  const real product = d_r * d_v, sum = d_r + d_v, inverse = LIT(1.0) / (product * sum);
+  const real uv = sum * inverse, u = d_v * uv, v = d_r * uv;    // 1/d
+  const real Du = (a_v - a_r) * inverse, delta = Du * product;  // d_v - d_r
 
   const real Dx_w = -m.z_v * g.s_w, Dx_n = m.z_v * g.s_n, Dw_n = LIT(2.0) * g.s_w * g.s_n;
   const real x_w_v = x_w - Dx_w, x_n_v = x_n - Dx_n, w_n_v = g.w_n - Dw_n;
 
-  const real u2 = u * u, v2 = v * v, uv = u * v;
+  const real u2 = u * u, v2 = v * v;
   const real s1 = u + v, s2 = u2 + uv + v2, s3 = s1 * (u2 + v2);
   const real s4 = (u2 + v2) * s2 - u2 * v2;
   const real G_v = dipole_gradient(v, sigma), DG = Du * (s2 + sigma * s1);
@@ -133,7 +142,7 @@ SHARED real directional_dipole(CONSTANTS(Medium) m, DipoleGeometry g) {
   const real DB =
       m.fluence * (Du + DG * x_w + G_v * Dx_w) +
       m.C_E * (DG * (x_n - g.w_n) + G_v * (Dx_n - Dw_n) + DH * x_w * x_n + H_v * (x_w * Dx_n + x_n_v * Dx_w));
-  const real S = m.scale * (attenuation(sigma * d_r) * (DB - real_expm1(-sigma * delta) * B_v));
+  const real S = m.scale * (attenuation(sigma * d_r) * (DB - attenuation_minus_1(sigma * delta) * B_v));
   return real_max(S, real_splat(LIT(0.0)));
 }
 #endif
@@ -160,7 +169,7 @@ SHARED real better_dipole(CONSTANTS(Medium) m, DipoleGeometry g) {
   const real delta = (m.z_v - LIT(1.0)) * (m.z_v + LIT(1.0)) / (d_r + d_v);
   const real flux = attenuation(sigma * d_r) * dipole_gradient(u, sigma) +
                     m.z_v * (attenuation(sigma * d_v) * dipole_gradient(v, sigma));
-  const real fluence = attenuation(sigma * d_r) * (delta * u * v - real_expm1(-sigma * delta) * v);
+  const real fluence = attenuation(sigma * d_r) * (delta * u * v - attenuation_minus_1(sigma * delta) * v);
   return m.scale * (m.C_E * flux + m.fluence * fluence);
 }
 #endif

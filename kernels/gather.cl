@@ -4,25 +4,25 @@
 #define EDGE_ON 0.0025f   // squared cosine: layers that see a surface more edge-on are never asked
 #define OBLIQUE 0.2f      // squared cosine: such layers are asked only where no other sees the point
 
-// The layers as pass 4 reads them.
+// The layers as pass 4 reads them, `count` from `first` on.
 typedef struct {
   __constant View* views;
   __constant uint* level_first;
   __global const float4* geometry;
   __global const uint* slots;
+  uint first;
   uint count;
-  uint size;
 } Layers;
 
 static Layers make_layers(__constant View* views, __constant uint* level_first, __global const float4* geometry,
-                          __global const uint* slots, uint count, uint size) {
+                          __global const uint* slots, uint first, uint count) {
   Layers l;
   l.views = views;
   l.level_first = level_first;
   l.geometry = geometry;
   l.slots = slots;
+  l.first = first;
   l.count = count;
-  l.size = size;
   return l;
 }
 
@@ -31,30 +31,39 @@ static Layers make_layers(__constant View* views, __constant uint* level_first, 
 // four texels side by side; `texels` is valid where the weight isn't 0.
 static float4 texel_weights(Layers layers, uint layer, uint level, float3 x, float3 n, float least, uint4* texels) {
   __constant View* view = layers.views + layer;
-  const float cosine = dot(n, view->back.xyz);
-  if (cosine <= 0.0f || cosine * cosine <= least) return (float4)(0.0f);
-  const float side = (float)(1u << level), size = side / view->scale, tolerance = 0.5f * size;
+  const int pinhole = view->near_distance > 0.0f;
   const float3 d = x - view->origin.xyz;
-  const float u = (dot(d, view->right.xyz) * view->scale + view->centre_x) / side - 0.5f;
-  const float v = (dot(d, view->down.xyz) * view->scale + view->centre_y) / side - 0.5f;
-  const float q = dot(d, view->back.xyz) + 2.0f, n_x = dot(n, view->right.xyz), n_y = dot(n, view->down.xyz);
+  const float3 c = (float3)(dot(d, view->right.xyz), dot(d, view->down.xyz), dot(d, view->back.xyz));
+  const float3 m = (float3)(dot(n, view->right.xyz), dot(n, view->down.xyz), dot(n, view->back.xyz));
+  const float cosine = pinhole ? -dot(m, c) * rsqrt(dot(c, c)) : m.z;
+  if (cosine <= 0.0f || cosine * cosine <= least || (pinhole && c.z >= -view->near_distance)) return (float4)(0.0f);
+  const float distance = pinhole ? -c.z : 1.0f;  // texels of a pinhole grow with it
+  const float side = (float)(1u << level), texel_side = side / view->scale, tolerance = 0.5f * texel_side * distance;
+  const float u = (c.x / distance * view->scale + view->centre_x) / side - 0.5f;
+  const float v = (c.y / distance * view->scale + view->centre_y) / side - 0.5f;
   const float u0 = floor(u), v0 = floor(v);
-  const int extent = (int)((layers.size + (1u << level) - 1) >> level);
+  const int width = (int)level_size(view->width, level), height = (int)level_size(view->height, level);
   const int4 column = (int)u0 + (int4)(0, 1, 0, 1), row = (int)v0 + (int4)(0, 0, 1, 1);
-  const int4 on_film = (column >= 0) & (row >= 0) & (column < extent) & (row < extent);
-  const int4 texel = (int)(layers.level_first[level] + layer * (uint)(extent * extent)) +
-                     select((int4)(0), row * extent + column, on_film);
+  const int4 on_film = (column >= 0) & (row >= 0) & (column < width) & (row < height);
+  const int4 texel = (int)(layers.level_first[level] + layer * (uint)(width * height)) +
+                     select((int4)(0), row * width + column, on_film);
   *texels = as_uint4(texel);
   const float4 g0 = layers.geometry[texel.x], g1 = layers.geometry[texel.y], g2 = layers.geometry[texel.z],
                g3 = layers.geometry[texel.w];
   const float4 t_x = (float4)(g0.x, g1.x, g2.x, g3.x), t_y = (float4)(g0.y, g1.y, g2.y, g3.y),
-               t_z = (float4)(g0.z, g1.z, g2.z, g3.z), away_z = (float4)(g0.w, g1.w, g2.w, g3.w) - q;
+               t_z = (float4)(g0.z, g1.z, g2.z, g3.z), q = (float4)(g0.w, g1.w, g2.w, g3.w);
   const float4 off_x = convert_float4(column) - u, off_y = convert_float4(row) - v;
-  const float4 away_x = off_x * size, away_y = off_y * size;
-  const float4 from_point = away_x * n_x + away_y * n_y + away_z * cosine;
+  float4 away_x = off_x * texel_side, away_y = off_y * texel_side, away_z = q - (c.z + 2.0f);
+  if (pinhole) {
+    const float4 of_texel = 1.0f / q, farther = of_texel - distance;
+    away_x = away_x * of_texel + c.x / distance * farther;
+    away_y = away_y * of_texel + c.y / distance * farther;
+    away_z = -farther;
+  }
+  const float4 from_point = away_x * m.x + away_y * m.y + away_z * m.z;
   const float4 from_texel = away_x * t_x + away_y * t_y + away_z * t_z;
   const int4 accepted = on_film & (fabs(from_point) <= tolerance) & (fabs(from_texel) <= tolerance) &
-                        (t_x * n_x + t_y * n_y + t_z * cosine > 0.5f);
+                        (t_x * m.x + t_y * m.y + t_z * m.z > 0.5f);
   return select((float4)(0.0f), (1.0f - fabs(off_x)) * (1.0f - fabs(off_y)) * (cosine * cosine - least), accepted);
 }
 
@@ -74,7 +83,7 @@ static float gather_level(Layers layers, uint level, float3 x, float3 n, __globa
   for (int oblique = 0; oblique < 2 && total < MIN_WEIGHT; ++oblique) {
     float3 sum_a = (float3)(0.0f), sum_b = (float3)(0.0f);
     total = 0.0f;
-    for (uint layer = 0; layer < layers.count; ++layer) {
+    for (uint layer = layers.first; layer < layers.first + layers.count; ++layer) {
       uint4 texels;
       const float4 w = texel_weights(layers, layer, level, x, n, oblique ? EDGE_ON : OBLIQUE, &texels);
       if (w.x > 0.0f) total += add_texel(layers, texels.x, w.x, values, &sum_a, &sum_b);
@@ -105,16 +114,16 @@ __kernel void gather_mark(const View view, const Window window, __global const u
                           __global const float4* restrict positions, __global const uint* restrict triangles,
                           __global const float* restrict normals, __constant View* layer_views,
                           __constant uint* level_first, __global const float4* restrict geometry,
-                          __global const uint* restrict slots, const uint layers_count, const uint layers_size,
+                          __global const uint* restrict slots, const uint layers_first, const uint layers_count,
                           __global uint* marks) {
   const uint i = (uint)get_global_id(0);
   if (i >= window.width * window.height || ids[i] == NO_TRIANGLE) return;
-  const Layers layers = make_layers(layer_views, level_first, geometry, slots, layers_count, layers_size);
+  const Layers layers = make_layers(layer_views, level_first, geometry, slots, layers_first, layers_count);
   const float3 p = pixel_sample(window, i);
   const Surface s = surface_at(view, p.x, p.y, ids[i], positions, triangles, normals);
   float total = 0.0f;
   for (int oblique = 0; oblique < 2 && total < MIN_WEIGHT; ++oblique)
-    for (uint layer = 0; layer < layers_count; ++layer) {
+    for (uint layer = layers.first; layer < layers.first + layers.count; ++layer) {
       uint4 t;
       const float4 w = texel_weights(layers, layer, 0, s.x, s.n_g, oblique ? EDGE_ON : OBLIQUE, &t);
       if (w.x > 0.0f) marks[t.x] = 1;
@@ -128,13 +137,13 @@ __kernel void gather_mark(const View view, const Window window, __global const u
 // For statistics: the layers' total weight at points of the surface.
 __kernel void gather_weight(const uint n_points, __global const float4* restrict points, __constant View* layer_views,
                             __constant uint* level_first, __global const float4* restrict geometry,
-                            __global const uint* restrict slots, const uint layers_count, const uint layers_size,
+                            __global const uint* restrict slots, const uint layers_first, const uint layers_count,
                             __global float* restrict weights) {
   const uint i = (uint)get_global_id(0);
   if (i >= n_points) return;
-  const Layers layers = make_layers(layer_views, level_first, geometry, slots, layers_count, layers_size);
+  const Layers layers = make_layers(layer_views, level_first, geometry, slots, layers_first, layers_count);
   float total = 0.0f;
-  for (uint layer = 0; layer < layers_count; ++layer)
+  for (uint layer = layers.first; layer < layers.first + layers.count; ++layer)
     for (int side = 0; side < 2; ++side) {
       uint4 t;
       const float3 n = side ? -points[2 * i + 1].xyz : points[2 * i + 1].xyz;
@@ -144,25 +153,87 @@ __kernel void gather_weight(const uint n_points, __global const float4* restrict
   weights[i] = total;
 }
 
+// Whether a pixel's position hits the same smooth surface as its first one, or like it nothing: within half a pixel of
+// the first one's plane, normals within 25 degrees. That plane, (n_g, n_g.x) from the eye or 0 for nothing, is kept in
+// `plane` by position 0.
+static int on_first_plane(View view, const Surface* s, uint position, __global float4* plane) {
+  const float3 n = s ? s->n_g : (float3)(0.0f), x = s ? s->x - view.origin.xyz : (float3)(0.0f);
+  if (position == 0) {
+    *plane = (float4)(n, dot(n, x));
+    return 1;
+  }
+  const float4 first = *plane;
+  const int hit = dot(first.xyz, first.xyz) > 0.0f;
+  if (!s || !hit) return !s && !hit;
+  const float half_pixel = -1.0f * dot(x, view.back.xyz) / view.scale;
+  return fabs(dot(first.xyz, x) - first.w) <= half_pixel && dot(first.xyz, n) > 0.5f;
+}
+
+// Pixels that need no more positions: all positions so far of the pixel and of its neighbours hit one smooth surface.
+// Their sums are multiplied by `factor`, positions in all over positions so far. The others stay open: depth NO_DEPTH,
+// where nothing can be drawn elsewhere.
+__kernel void gather_settle(const Window window, __global const uint* restrict edges, const float factor,
+                            const uint sets, __global float4* restrict film, __global uint* restrict open) {
+  const uint i = (uint)get_global_id(0), n_pixels = window.width * window.height;
+  if (i >= n_pixels) return;
+  const int x = (int)(i % window.width), y = (int)(i / window.width);
+  uint edge = 0;
+  for (int dy = -1; dy <= 1; ++dy)
+    for (int dx = -1; dx <= 1; ++dx) {
+      const int u = clamp(x + dx, 0, (int)window.width - 1), v = clamp(y + dy, 0, (int)window.height - 1);
+      edge |= edges[v * (int)window.width + u];
+    }
+  open[i] = edge ? NO_DEPTH : 0;
+  if (edge) return;
+  for (uint k = 0; k < sets; ++k) {
+    film[2 * (k * n_pixels + i)] *= factor;
+    film[2 * (k * n_pixels + i) + 1] *= factor;
+  }
+}
+
+// Takes the set-up records of triangles that can't cover any open pixel out of what is drawn.
+__kernel void gather_cull(const Window window, __global const uint* restrict open, const uint n_records,
+                          __global RasterTriangle* records) {
+  const uint i = (uint)get_global_id(0);
+  if (i >= n_records) return;
+  RasterTriangle t = records[i];
+  Window any = window;  // one pixel around for whatever position
+  any.sample_x = any.sample_y = 0;
+  const PixelBox box = pixel_box(t, any);
+  if (t.triangle == NO_TRIANGLE || box.x1 - box.x0 > SMALL_BOX || box.y1 - box.y0 > SMALL_BOX) return;
+  const int right = (int)(window.x + window.width) - 1, bottom = (int)(window.y + window.height) - 1;
+  for (int y = max(box.y0 - 1, (int)window.y); y <= min(box.y1, bottom); ++y)
+    for (int x = max(box.x0 - 1, (int)window.x); x <= min(box.x1, right); ++x)
+      if (open[((uint)y - window.y) * window.width + (uint)x - window.x] == NO_DEPTH) return;
+  records[i].triangle = NO_TRIANGLE;
+}
+
 // Adds one subpixel position to the film, for up to four pyramid levels at once: film[set][pixel][half]. Points that
-// no layer sees go to the list that gather_direct works off.
+// no layer sees go to the list that gather_direct works off. `position` numbers those that tell where edges are, from 0
+// on: pixels that are not all of one smooth surface, or that no layer sees, are marked.
 __kernel void gather_pixels(const View view, const Window window, __global const uint* restrict ids,
                             __global const float4* restrict positions, __global const uint* restrict triangles,
                             __global const float* restrict normals, __constant View* layer_views,
                             __constant uint* level_first, __global const float4* restrict geometry,
-                            __global const uint* restrict slots, const uint layers_count, const uint layers_size,
+                            __global const uint* restrict slots, const uint layers_first, const uint layers_count,
                             __global const float4* restrict values, const float scale, const Boundary boundary,
                             const uint4 levels, const uint sets, __global float4* restrict film,
-                            __global uint* n_direct, __global uint* direct) {
+                            __global uint* n_direct, __global uint* direct, const uint position,
+                            __global float4* planes, __global uint* edges) {
   const uint i = (uint)get_global_id(0), n_pixels = window.width * window.height;
-  if (i >= n_pixels || ids[i] == NO_TRIANGLE) return;
-  const Layers layers = make_layers(layer_views, level_first, geometry, slots, layers_count, layers_size);
+  if (i >= n_pixels) return;
+  if (ids[i] == NO_TRIANGLE) {
+    if (position != NO_POSITION && !on_first_plane(view, 0, position, planes + i)) edges[i] = 1;
+    return;
+  }
+  const Layers layers = make_layers(layer_views, level_first, geometry, slots, layers_first, layers_count);
   const float3 p = pixel_sample(window, i);
   const Surface s = surface_at(view, p.x, p.y, ids[i], positions, triangles, normals);
   const float factor = scale * transmittance_to(view, s, boundary);
   float3 a0, b0;
   const int seen = gather_level(layers, 0, s.x, s.n_g, values, &a0, &b0) >= MIN_WEIGHT;
   if (!seen) direct[atomic_inc(n_direct)] = i;
+  if (position != NO_POSITION && !(on_first_plane(view, &s, position, planes + i) && seen)) edges[i] = 1;
   for (uint set = 0; set < sets; ++set) {
     float3 a = a0, b = b0;
     __global float4* pixel = film + 2 * (set * n_pixels + i);

@@ -10,6 +10,20 @@
 #define POINT_BITS 0x40000000u  // with them an index kept as a float is a normal number, which no device flushes
 #define NO_SLOT 0xffffffffu     // of a texel without values
 
+// Pixels along one side of a level of a mip chain; sizes halve upwards.
+static uint level_size(uint size, uint level) { return (size + (1u << level) - 1) >> level; }
+
+#if VW == 1  // a work-item takes samples of one half; else of both, side by side
+#define HALVES_OF_ITEM 1u
+#define POINTS_OF_ITEM 1u
+#define OF_HALVES(type, half_index, a, b) ((half_index) ? (b) : (a))
+#else
+#define HALVES_OF_ITEM 2u
+#define POINTS_OF_ITEM POINTS_SIDE_BY_SIDE
+#define OF_HALVES(type, half_index, a, b) BOTH_HALVES(type, a, b)
+#endif
+#define LANES_OF_HALF (VW / HALVES_OF_ITEM)
+
 // What every evaluation reads: lights with their maps, the medium, and the density of samples.
 typedef struct {
   __constant Light* lights;
@@ -72,25 +86,29 @@ __attribute__((always_inline)) static float4 sampling_centre(float3 x, float3 n,
 #endif
 }
 
-// cos and sin of 2 pi v for v in [0, 1): the same bits wherever sums and products are.
+// cos and sin of 2 pi v for v in [0, 1), to 1e-7, by twice the angle: minimax polynomials in a quarter turn around 1/2.
 static void turn(real v, real* c, real* s) {
-  const real quarter = floor(v * 4.0f + 0.5f), t = (v - quarter * 0.25f) * (2.0f * PI_F), t2 = t * t;
-  const real cosine = 1.0f + t2 * (-0.5f + t2 * (1.0f / 24.0f + t2 * (-1.0f / 720.0f + t2 * (1.0f / 40320.0f))));
+  CONTRACT
+  const real a = v - 0.5f, a2 = a * a;
   const real sine =
-      t * (1.0f + t2 * (-1.0f / 6.0f + t2 * (1.0f / 120.0f + t2 * (-1.0f / 5040.0f + t2 * (1.0f / 362880.0f)))));
-  const mask swap = (quarter == 1.0f) | (quarter == 3.0f);
-  const real a = real_select(swap, sine, cosine), b = real_select(swap, cosine, sine);
-  *c = real_select((quarter == 1.0f) | (quarter == 2.0f), -a, a);
-  *s = real_select((quarter == 2.0f) | (quarter == 3.0f), -b, b);
+      a * (3.14159258f + a2 * (-5.16770688f + a2 * (2.55003138f + a2 * (-0.59804518f + a2 * 0.07722014f))));
+  const real cosine =
+      1.0f + a2 * (-4.93480214f + a2 * (4.05870917f + a2 * (-1.33521207f + a2 * (0.23493762f + a2 * -0.0243968f))));
+  *c = 2.0f * sine * sine - 1.0f;
+  *s = -2.0f * sine * cosine;
 }
 
 #if ESTIMATOR != 2
 // Natural logarithm of a normal number in (0, 1], to 1e-7: the built-in one is scalar on some CPU drivers.
 static real log_of_fraction(real t) {
+  CONTRACT
   const mask bits = as_mask(t), exponent = (bits - 0x3f400000) & (int)0xff800000;  // mantissa in [0.75, 1.5)
-  const real m = as_real(bits - exponent), z = (m - 1.0f) / (m + 1.0f), z2 = z * z;
-  const real series = 2.0f * z * (1.0f + z2 * (1.0f / 3.0f + z2 * (0.2f + z2 * (1.0f / 7.0f + z2 * (1.0f / 9.0f)))));
-  return convert_real(exponent >> 23) * 0.69314718f + series;
+  const real x = as_real(bits - exponent) - 1.0f;
+  const real rest =
+      0.3333345f +
+      x * (-0.24995384f +
+           x * (0.19982817f + x * (-0.16812843f + x * (0.14920818f + x * (-0.11968618f + x * 0.0535716f)))));
+  return convert_real(exponent >> 23) * 0.69314718f + (x + x * x * (x * rest - 0.5f));
 }
 #endif
 
@@ -98,15 +116,17 @@ static real log_of_fraction(real t) {
 // number of the sequence; `t` is 1 - u.
 static real sample_radius(Density density, __global const float2* rho_table, float h, float log_G, real t,
                           real* weight) {
+  CONTRACT
 #if ESTIMATOR == 0
   // rho = G^-1(t G(h)), r^2 = rho^2 - h^2. Within a step rho is linear in log G with slope s, so that the area density
   // is t / (2 pi |s| rho): exact, whatever the table's own error.
   const real position = (log_of_fraction(t) + log_G - density.log_G_min) * density.inverse_step;
   const real cell = real_min(real_max(floor(position), real_splat(0.0f)), real_splat((float)density.entries - 2.0f));
   const ureal entry = convert_ureal(cell);
-#define RHO(lane) rho_table[LANE(entry, lane)].x
-#define FALL(lane) rho_table[LANE(entry, lane)].y
-  const real fall = FROM_LANES(FALL), rho = FROM_LANES(RHO) - fall * (position - cell);
+#define READ_ELEMENT(k) rho_table[INDEX(entry, k)]
+  READ_PAIRS(rho_table, entry, rho_of_entry, fall)
+#undef READ_ELEMENT
+  const real rho = rho_of_entry - fall * (position - cell);
   *weight = real_select(position >= 0.0f, 2.0f * PI_F * density.inverse_step * fall * rho / t, real_splat(0.0f));
   return real_sqrt(real_max(rho * rho - h * h, real_splat(0.0f)));
 #elif ESTIMATOR == 1
@@ -120,59 +140,99 @@ static real sample_radius(Density density, __global const float2* rho_table, flo
 #endif
 }
 
-// Scattered radiance (without T21) at x with normal n, from light l, of one half: rounds `round` to `round + rounds` -
-// 1 of the point's own sequence, each of as many samples as the light takes in a frame, summed over rounds. Inlined,
-// since a GPU would pass what it takes through memory.
-__attribute__((always_inline)) static float3 scattered_radiance(Transport transport, uint l, float4 centre, float3 x,
-                                                                float3 n, uint point, uint half_index, uint round,
-                                                                uint rounds) {
+// Where samples of one light fall, side by side: in the light's frame, from their texels' own samples, in which texels,
+// and the inverse of their density, 0 where there is nothing to add.
+typedef struct {
+  real x, y, off_x, off_y, weight;
+  ureal texel;
+} Fall;
+
+// The point's own sequences of halves A and B from sample `first` on, up to `last`.
+static Fall sample_fall(Transport transport, uint l, float4 centre, uint point, uint half_index, uint first,
+                        uint last) {
+  CONTRACT
   __constant Light* light = transport.lights + l;
-  const View view = light->view;
-  const float3 p = to_frame(view, x - view.origin.xyz), n_frame = to_frame(view, n);
-  const real3 n_o = real3_make(real_splat(n_frame.x), real_splat(n_frame.y), real_splat(n_frame.z));
-  const float sample_x = light->sample_x[half_index], sample_y = light->sample_y[half_index];
-  __global const float4* map = transport.map + light->map + half_index * view.width * view.height;
-  const uint scramble = hash_combine(hash_combine(point, transport.seed), 2 * l + half_index);
-  const uint shift_u = hash(scramble), shift_v = hash(scramble ^ 0x68bc21ebu);
-  const uint first = round * light->samples, last = first + rounds * light->samples;
-  real sum[MEDIA + 1];
-  UNROLL for (uint m = 0; m <= MEDIA; ++m) sum[m] = real_splat(0.0f);
-  for (uint j = first; j < last; j += VW) {
-    const ureal index = j + LANES;
-    const real t = (real_from_bits((index * R2_STEP_U + shift_u) >> 8) + 0.5f) * 0x1p-24f;
-    const real v = real_from_bits((index * R2_STEP_V + shift_v) >> 8) * 0x1p-24f;
-    real weight, cosine, sine;
-    const real r = sample_radius(transport.density, transport.rho, centre.z, centre.w, t, &weight);
-    turn(v, &cosine, &sine);
-    const real light_x = centre.x + r * cosine, light_y = centre.y + r * sine;
-    const real film_x = light_x * view.scale + view.centre_x, film_y = light_y * view.scale + view.centre_y;
-    const real column = floor(film_x - sample_x + 0.5f), row = floor(film_y - sample_y + 0.5f);
-    mask lit =
-        (column >= 0.0f) & (column < (float)view.width) & (row >= 0.0f) & (row < (float)view.height) & (weight > 0.0f);
+  const float scale = light->view.scale, width = (float)light->view.width, height = (float)light->view.height;
+  const uint scramble = hash_combine(point, transport.seed), texels = light->view.width * light->view.height;
+  const uint scramble_a = hash_combine(scramble, 2 * l), scramble_b = hash_combine(scramble, 2 * l + 1);
+  const real sample_x = OF_HALVES(float, half_index, light->sample_x[0], light->sample_x[1]);
+  const real sample_y = OF_HALVES(float, half_index, light->sample_y[0], light->sample_y[1]);
+  const ureal shift_u = OF_HALVES(uint, half_index, hash(scramble_a), hash(scramble_b));
+  const ureal shift_v = OF_HALVES(uint, half_index, hash(scramble_a ^ 0x68bc21ebu), hash(scramble_b ^ 0x68bc21ebu));
+  const ureal index = first + LANES, half_map = OF_HALVES(uint, half_index, 0u, texels);
+  const real t = (real_from_bits((index * R2_STEP_U + shift_u) >> 8) + 0.5f) * 0x1p-24f;
+  const real v = real_from_bits((index * R2_STEP_V + shift_v) >> 8) * 0x1p-24f;
+  Fall f;
+  real weight, cosine, sine;
+  const real r = sample_radius(transport.density, transport.rho, centre.z, centre.w, t, &weight);
+  turn(v, &cosine, &sine);
+  f.x = centre.x + r * cosine;
+  f.y = centre.y + r * sine;
+  const real film_x = f.x * scale + light->view.centre_x, film_y = f.y * scale + light->view.centre_y;
+  const real column = floor(film_x - sample_x + 0.5f), row = floor(film_y - sample_y + 0.5f);
+  mask on_film = (column >= 0.0f) & (column < width) & (row >= 0.0f) & (row < height) & (weight > 0.0f);
 #if VW > 1
-    lit &= index < (ureal)(last);
+  on_film &= index < (ureal)(last);
 #endif
-    // Texels are read lane by lane; everything else is as wide as the device likes.
-    const ureal texel = convert_ureal(real_select(lit, row * (float)view.width + column, real_splat(0.0f)));
-#define HEIGHT(lane) map[LANE(texel, lane)].x
-#define SLOPE_X(lane) map[LANE(texel, lane)].y
-#define SLOPE_Y(lane) map[LANE(texel, lane)].z
-#define NORMAL(lane) map[LANE(texel, lane)].w
-    const real height = FROM_LANES(HEIGHT), slope_x = FROM_LANES(SLOPE_X), slope_y = FROM_LANES(SLOPE_Y);
-    const mask packed = as_mask(FROM_LANES(NORMAL));
-    lit &= height > UNLIT;
-    // The light ray through the sample meets the plane of the texel's geometric normal.
-    const real light_z =
-        height + (slope_x * (film_x - column - sample_x) + slope_y * (film_y - row - sample_y)) / view.scale;
-    const real3 n_i = shading_normal(packed);
-    const real3 w12 = refract_into(towards_light(), n_i, transport.boundary);
-    const real T12 = fresnel_transmittance(n_i.z, transport.boundary);
-    const DipoleGeometry geometry =
-        dipole_geometry(real3_make(p.x - light_x, p.y - light_y, p.z - light_z), w12, n_i, n_o);
-    const real factor = real_select(lit, weight * T12, real_splat(0.0f));
-    UNROLL for (uint m = 0; m < MEDIA; ++m) sum[m] += factor * bssrdf(transport.media[m], geometry);
+  f.off_x = (film_x - column - sample_x) / scale;
+  f.off_y = (film_y - row - sample_y) / scale;
+  f.weight = real_select(on_film, weight, real_splat(0.0f));
+  f.texel = light->map + half_map + convert_ureal(real_select(on_film, row * width + column, real_splat(0.0f)));
+  return f;
+}
+
+// What enters there, in the light's frame: the place, the surface's normal, the refracted direction, and the flux that
+// a sample stands for, 0 where nothing is lit.
+typedef struct {
+  real3 x, n, w12;
+  real flux;
+} Entry;
+
+static Entry sample_entry(Transport transport, const Fall* f) {
+  CONTRACT
+#define READ_ELEMENT(k) transport.map[INDEX(f->texel, k)]
+  READ_FOURS(transport.map, f->texel, height, slope_x, slope_y, normal)
+#undef READ_ELEMENT
+  Entry e;
+  // The light ray through the sample meets the plane of the texel's geometric normal.
+  e.x = real3_make(f->x, f->y, height + (slope_x * f->off_x + slope_y * f->off_y));
+  e.n = shading_normal(as_mask(normal));
+  e.w12 = refract_into(towards_light(), e.n, transport.boundary);
+  const real T12 = fresnel_transmittance(e.n.z, transport.boundary);
+  e.flux = real_select(height > UNLIT, f->weight * T12, real_splat(0.0f));
+  return e;
+}
+
+// Scattered radiance (without T21) of light l at some points, (x, number) and (n, ), of halves A and B, or with one
+// lane of the half `half_index` alone: rounds `round` to `round + rounds` - 1 of each point's own sequences, each of as
+// many samples as the light takes in a frame, summed over rounds. Step by step for all points rather than point by
+// point: a CPU computes one point's step while it waits for another's. Inlined, since a GPU would pass what it takes
+// through memory.
+__attribute__((always_inline)) static void scattered_radiance(Transport transport, uint l,
+                                                              __global const float4* centres,
+                                                              __global const float4* points, uint n_points,
+                                                              uint half_index, uint round, uint rounds,
+                                                              real sum[POINTS_OF_ITEM][MEDIA + 1]) {
+  __constant Light* light = transport.lights + l;
+  const uint first = round * light->samples, last = first + rounds * light->samples;
+  for (uint k = 0; k < POINTS_OF_ITEM; ++k) UNROLL for (uint m = 0; m <= MEDIA; ++m) sum[k][m] = real_splat(0.0f);
+  for (uint j = first; j < last; j += LANES_OF_HALF) {
+    Fall fall[POINTS_OF_ITEM];
+    Entry entry[POINTS_OF_ITEM];
+    DipoleGeometry geometry[POINTS_OF_ITEM];
+    for (uint k = 0; k < n_points; ++k)
+      fall[k] = sample_fall(transport, l, centres[k], as_uint(points[2 * k].w) & ~POINT_BITS, half_index, j, last);
+    for (uint k = 0; k < n_points; ++k) entry[k] = sample_entry(transport, fall + k);
+    for (uint k = 0; k < n_points; ++k) {
+      const float3 p = to_frame(light->view, points[2 * k].xyz - light->view.origin.xyz);
+      const float3 n = to_frame(light->view, points[2 * k + 1].xyz);
+      const real3 n_o = real3_make(real_splat(n.x), real_splat(n.y), real_splat(n.z));
+      const Entry* e = entry + k;
+      geometry[k] = dipole_geometry(real3_make(p.x - e->x.x, p.y - e->x.y, p.z - e->x.z), e->w12, e->n, n_o);
+    }
+    UNROLL for (uint m = 0; m < MEDIA; ++m) for (uint k = 0; k < n_points; ++k) sum[k][m] +=
+        entry[k].flux * bssrdf(transport.media[m], geometry[k]);
   }
-  return light->irradiance.xyz * (float3)(real_sum(sum[MEDIUM_R]), real_sum(sum[MEDIUM_G]), real_sum(sum[MEDIUM_B]));
 }
 
 static Transport make_transport(__constant Light* lights, __global const float4* map, __constant Medium* media,
@@ -201,7 +261,7 @@ __kernel void layers_resolve(const View view, __global const uint* restrict ids,
   if (ids[i] != NO_TRIANGLE) {
     const float px = (float)(i % view.width) + 0.5f, py = (float)(i / view.width) + 0.5f;
     const Surface s = surface_at(view, px, py, ids[i], positions, triangles, normals);
-    texel = (float4)(to_frame(view, s.n_g), dot(s.x - view.origin.xyz, view.back.xyz) + 2.0f);
+    texel = (float4)(to_frame(view, s.n_g), film_coordinates(view, view_coordinates(view, s.x)).z);
   }
   layer_ids[first + i] = ids[i];
   geometry[first + i] = texel;
@@ -236,17 +296,29 @@ __kernel void layers_accumulate(const uint n_points, __global const float4* rest
                                 __global const float4* restrict map, __constant Medium* media, const Boundary boundary,
                                 const Density density, __global const float2* restrict rho, const uint seed,
                                 const uint round, const uint rounds, const uint add, __global float4* restrict values) {
-  const uint i = (uint)get_global_id(0);
-  if (i >= 2 * n_points) return;
-  const uint half_index = i >= n_points, point = i - half_index * n_points;  // one half's maps stay in the caches
+  const uint item = (uint)get_global_id(0), items = (n_points + POINTS_OF_ITEM - 1) / POINTS_OF_ITEM;
+  if (item >= 2 / HALVES_OF_ITEM * items) return;
+  const uint half_index = item >= items;  // one half's maps stay in the caches
+  const uint first = (item - half_index * items) * POINTS_OF_ITEM, n = min(n_points - first, POINTS_OF_ITEM);
   const Transport transport = make_transport(lights, map, media, boundary, density, rho, seed);
-  const float4 x = points[2 * point];
-  const float3 radiance =
-      scattered_radiance(transport, l, centres[l * n_points + point], x.xyz, points[2 * point + 1].xyz,
-                         as_uint(x.w) & ~POINT_BITS, half_index, round, rounds);
-  const uint slot = 2 * point + half_index;
-  const float4 before = add ? values[slot] : (float4)(0.0f);
-  values[slot] = before + (float4)(radiance, 0.0f);
+  real sum[POINTS_OF_ITEM][MEDIA + 1];
+  scattered_radiance(transport, l, centres + l * n_points + first, points + 2 * first, n, half_index, round, rounds,
+                     sum);
+  const float3 irradiance = lights[l].irradiance.xyz;
+  for (uint k = 0; k < n; ++k) {
+    const real r = sum[k][MEDIUM_R], g = sum[k][MEDIUM_G], b = sum[k][MEDIUM_B];
+    __global float4* value = values + 2 * (first + k) + half_index;
+#if VW == 1
+    const float4 before = add ? value[0] : (float4)(0.0f);
+    value[0] = before + (float4)(irradiance * (float3)(r, g, b), 0.0f);
+#else
+    const float4 before_a = add ? value[0] : (float4)(0.0f), before_b = add ? value[1] : (float4)(0.0f);
+    value[0] =
+        before_a + (float4)(irradiance * (float3)(sum_of_half(r.lo), sum_of_half(g.lo), sum_of_half(b.lo)), 0.0f);
+    value[1] =
+        before_b + (float4)(irradiance * (float3)(sum_of_half(r.hi), sum_of_half(g.hi), sum_of_half(b.hi)), 0.0f);
+#endif
+  }
 }
 
 // For the choice of layers: how well a view and the opposite one see each point of the surface, its cosine, or 0 where

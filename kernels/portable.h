@@ -28,6 +28,7 @@ using i64 = std::int64_t;
 struct alignas(16) float4 {
   float x, y, z, w;
 };
+SHARED bool mask_any(mask m) { return m; }
 SHARED real real_splat(double x) { return x; }
 SHARED real real_select(mask m, real a, real b) { return m ? a : b; }
 SHARED real real_sqrt(real x) { return std::sqrt(x); }
@@ -43,11 +44,13 @@ KERNEL_HEADER_END
 
 #define KERNEL_HEADER_BEGIN
 #define KERNEL_HEADER_END
-#define SHARED static inline
+#define SHARED static inline __attribute__((always_inline))
 #define LIT(x) (x##f)
 #define CONSTANTS(T) T
 // Before a loop over a private array: a GPU keeps the array in registers once every index is a constant.
 #define UNROLL _Pragma("unroll")
+// First in a block of which nothing steers control flow: products and sums may be fused.
+#define CONTRACT _Pragma("OPENCL FP_CONTRACT ON")
 #define PARALLEL_LIMIT 1e-12f
 #define TINY 1e-36f
 
@@ -59,27 +62,24 @@ typedef float real;
 typedef int mask;
 typedef uint ureal;
 #define real_from_bits(u) convert_float(u)
-#define real_sum(v) (v)
 #elif VW == 4
 typedef float4 real;
 typedef int4 mask;
 typedef uint4 ureal;
 #define real_from_bits(u) convert_float4(u)
-#define real_sum(v) (((v).s0 + (v).s1) + ((v).s2 + (v).s3))
+#define sum_of_half(v) ((v).s0 + (v).s1)
 #elif VW == 8
 typedef float8 real;
 typedef int8 mask;
 typedef uint8 ureal;
 #define real_from_bits(u) convert_float8(u)
-#define real_sum(v) ((((v).s0 + (v).s1) + ((v).s2 + (v).s3)) + (((v).s4 + (v).s5) + ((v).s6 + (v).s7)))
+#define sum_of_half(v) (((v).s0 + (v).s1) + ((v).s2 + (v).s3))
 #elif VW == 16
 typedef float16 real;
 typedef int16 mask;
 typedef uint16 ureal;
 #define real_from_bits(u) convert_float16(u)
-#define real_sum(v)                                                                      \
-  (((((v).s0 + (v).s1) + ((v).s2 + (v).s3)) + (((v).s4 + (v).s5) + ((v).s6 + (v).s7))) + \
-   ((((v).s8 + (v).s9) + ((v).sa + (v).sb)) + (((v).sc + (v).sd) + ((v).se + (v).sf))))
+#define sum_of_half(v) ((((v).s0 + (v).s1) + ((v).s2 + (v).s3)) + (((v).s4 + (v).s5) + ((v).s6 + (v).s7)))
 #else
 #error "VW is 1, 4, 8 or 16"
 #endif
@@ -95,26 +95,67 @@ typedef uint16 ureal;
 #define as_mask(x) WIDE(as_int)(x)
 #define convert_real(x) WIDE(convert_float)(x)
 #define convert_ureal(x) WIDE(convert_uint)(x)
+#define convert_mask(x) WIDE(convert_int)(x)
 
-// Lanes: their numbers, and what each of them reads from memory at its own index.
+// Lanes: the lower half of them takes samples of half A, the upper one of half B; with one lane a work-item has either.
+// LANES numbers them within their half. READ_PAIRS and READ_FOURS read a float2 or float4 per lane at its own index, of
+// which X, Y, Z, W are vectors of the components: loads of whole elements, then transposed with two-operand shuffles,
+// which every compiler makes good code of.
+#define INDEX(index, lane) (((const uint*)&(index))[lane])
 #if VW == 1
+#define mask_any(m) (m)
 #define LANES 0u
-#define FROM_LANES(read) (read(0))
 #define LANE(v, lane) (v)
-#elif VW == 4
-#define LANES ((uint4)(0, 1, 2, 3))
-#define FROM_LANES(read) ((float4)(read(0), read(1), read(2), read(3)))
-#define LANE(v, lane) ((v).s##lane)
-#elif VW == 8
-#define LANES ((uint8)(0, 1, 2, 3, 4, 5, 6, 7))
-#define FROM_LANES(read) ((float8)(read(0), read(1), read(2), read(3), read(4), read(5), read(6), read(7)))
-#define LANE(v, lane) ((v).s##lane)
+#define READ_PAIRS(array, index, X, Y) \
+  const float2 pair_ = array[index];   \
+  const real X = pair_.x, Y = pair_.y;
+#define READ_FOURS(array, index, X, Y, Z, W) \
+  const float4 four_ = array[index];         \
+  const real X = four_.x, Y = four_.y, Z = four_.z, W = four_.w;
 #else
-#define LANES ((uint16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
-#define FROM_LANES(read)                                                                                        \
-  ((float16)(read(0), read(1), read(2), read(3), read(4), read(5), read(6), read(7), read(8), read(9), read(a), \
-             read(b), read(c), read(d), read(e), read(f)))
+#define mask_any(m) any(m)
 #define LANE(v, lane) ((v).s##lane)
+#if VW == 4
+#define LANES ((uint4)(0, 1, 0, 1))
+#define BOTH_HALVES(type, a, b) ((type##4)((type##2)(a), (type##2)(b)))
+#define PAIRS_FROM(read, k) read(k), read(k + 1)
+#define FOURS_FROM(read, k) read(k)
+#define LOW_OF(a, b) ((float4)(a.s0, b.s0, a.s1, b.s1))
+#define HIGH_OF(a, b) ((float4)(a.s2, b.s2, a.s3, b.s3))
+#define FIRST_OF(a, b) ((float4)(a.s01, b.s01))
+#define LAST_OF(a, b) ((float4)(a.s23, b.s23))
+#elif VW == 8
+#define LANES ((uint8)(0, 1, 2, 3, 0, 1, 2, 3))
+#define BOTH_HALVES(type, a, b) ((type##8)((type##4)(a), (type##4)(b)))
+#define PAIRS_FROM(read, k) read(k), read(k + 1), read(k + 2), read(k + 3)
+#define FOURS_FROM(read, k) read(k), read(k + 4)
+#define LOW_OF(a, b) ((float8)(a.s0, b.s0, a.s1, b.s1, a.s4, b.s4, a.s5, b.s5))
+#define HIGH_OF(a, b) ((float8)(a.s2, b.s2, a.s3, b.s3, a.s6, b.s6, a.s7, b.s7))
+#define FIRST_OF(a, b) ((float8)(a.s01, b.s01, a.s45, b.s45))
+#define LAST_OF(a, b) ((float8)(a.s23, b.s23, a.s67, b.s67))
+#else
+#define LANES ((uint16)(0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7))
+#define BOTH_HALVES(type, a, b) ((type##16)((type##8)(a), (type##8)(b)))
+#define PAIRS_FROM(read, k) \
+  read(k), read(k + 1), read(k + 2), read(k + 3), read(k + 4), read(k + 5), read(k + 6), read(k + 7)
+#define FOURS_FROM(read, k) read(k), read(k + 4), read(k + 8), read(k + 12)
+#define LOW_OF(a, b) \
+  ((float16)(a.s0, b.s0, a.s1, b.s1, a.s4, b.s4, a.s5, b.s5, a.s8, b.s8, a.s9, b.s9, a.sc, b.sc, a.sd, b.sd))
+#define HIGH_OF(a, b) \
+  ((float16)(a.s2, b.s2, a.s3, b.s3, a.s6, b.s6, a.s7, b.s7, a.sa, b.sa, a.sb, b.sb, a.se, b.se, a.sf, b.sf))
+#define FIRST_OF(a, b) ((float16)(a.s01, b.s01, a.s45, b.s45, a.s89, b.s89, a.scd, b.scd))
+#define LAST_OF(a, b) ((float16)(a.s23, b.s23, a.s67, b.s67, a.sab, b.sab, a.sef, b.sef))
+#endif
+#define READ_PAIRS(array, index, X, Y)                                                                     \
+  const real low_ = (real)(PAIRS_FROM(READ_ELEMENT, 0)), high_ = (real)(PAIRS_FROM(READ_ELEMENT, VW / 2)); \
+  const real X = (real)(low_.even, high_.even), Y = (real)(low_.odd, high_.odd);
+#define READ_FOURS(array, index, X, Y, Z, W)                                                             \
+  const real row_0_ = (real)(FOURS_FROM(READ_ELEMENT, 0)), row_1_ = (real)(FOURS_FROM(READ_ELEMENT, 1)); \
+  const real row_2_ = (real)(FOURS_FROM(READ_ELEMENT, 2)), row_3_ = (real)(FOURS_FROM(READ_ELEMENT, 3)); \
+  const real low_01_ = LOW_OF(row_0_, row_1_), low_23_ = LOW_OF(row_2_, row_3_);                         \
+  const real high_01_ = HIGH_OF(row_0_, row_1_), high_23_ = HIGH_OF(row_2_, row_3_);                     \
+  const real X = FIRST_OF(low_01_, low_23_), Y = LAST_OF(low_01_, low_23_);                              \
+  const real Z = FIRST_OF(high_01_, high_23_), W = LAST_OF(high_01_, high_23_);
 #endif
 
 typedef long i64;
@@ -122,18 +163,25 @@ SHARED real real_splat(float x) { return (real)(x); }
 SHARED real real_select(mask m, real a, real b) { return select(b, a, m); }
 SHARED real real_sqrt(real x) { return sqrt(x); }
 SHARED real real_rsqrt(real x) { return rsqrt(x); }
-SHARED real real_exp(real x) { return exp(x); }
 SHARED real real_min(real a, real b) { return fmin(a, b); }
 SHARED real real_max(real a, real b) { return fmax(a, b); }
 SHARED real real_abs(real x) { return fabs(x); }
-// The built-in expm1 is scalar on some CPU drivers: a series below 0.4, where exp(x) - 1 would cancel, and exp above.
-SHARED real real_expm1(real x) {
-  const real series =
-      x * (1.0f + x * (0.5f + x * (1.0f / 6.0f +
-                                   x * (1.0f / 24.0f +
-                                        x * (1.0f / 120.0f +
-                                             x * (1.0f / 720.0f + x * (1.0f / 5040.0f + x * (1.0f / 40320.0f))))))));
-  return real_select(fabs(x) < 0.4f, series, exp(x) - 1.0f);
+// exp(x) = 2^n + 2^n (exp(r) - 1), x = n ln 2 + r, for x in [-87, 87]: what is added, and 2^n. The built-in functions
+// are scalar on some CPU drivers, and prepared for what never comes. The polynomial is off by 3e-9 (minimax).
+SHARED real exp_of_remainder(real x, real* power) {
+  const real n = rint(x * 1.44269504f), r = (x - n * 0.693359375f) + n * 2.12194440e-4f;
+  *power = as_real((convert_mask(n) + 127) << 23);
+  return *power * (r + r * r * (0.5f + r * (0.16666519f + r * (0.04166621f + r * (8.36889e-3f + r * 1.39505e-3f)))));
+}
+SHARED real real_exp(real x) {
+  real power;
+  const real rest = exp_of_remainder(x, &power);
+  return rest + power;
+}
+SHARED real real_expm1(real x) {  // nothing cancels
+  real power;
+  const real rest = exp_of_remainder(x, &power);
+  return rest + (power - 1.0f);
 }
 
 #endif

@@ -95,9 +95,19 @@ typedef struct {
   F(Medium, scale)            \
   F(Boundary, pad_1) F(View, pad1) F(Window, pad1) F(RasterTriangle, triangle) F(Light, pad) F(Density, pad1)
 
+// Points that a work-item of pass 2 takes on a device with several lanes; with one lane it takes one half of one point.
+#define POINTS_SIDE_BY_SIDE 8u
+
+// A subpixel position that doesn't look for edges.
+#define NO_POSITION 0xffffffffu
+
 // The self-test's work-items, and the smallest of the numbers that they offer to an atomic minimum.
 #define SELF_TEST_ITEMS 64
 #define SELF_TEST_MINIMUM 5u
+
+// Independent chains of multiply-adds in a work-item of `parian bench`: enough to hide the latency of two units that
+// take five cycles each, few enough for sixteen registers.
+#define PEAK_CHAINS 12
 
 #ifdef __cplusplus
 // The same constants unrounded, for the double form.

@@ -207,6 +207,63 @@ TEST_F(CliTest, StatisticsHaveAllTheirKeys) {
   EXPECT_GT(s["estimated_relmse"], 0.0);
 }
 
+const std::string small_bench = "bench" + small.substr(6) + "--light-map-size 64 ";
+
+TEST_F(CliTest, BenchSetsEachPassBesideThePeak) {
+  const Outcome outcome = run(small_bench + "--json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const nlohmann::json b = nlohmann::json::parse(outcome.out);
+  for (const char* key : {"schema", "version", "device", "load", "film", "triangles", "material", "layers", "peak",
+                          "runs", "frames", "estimated_relmse", "once_seconds", "evaluations_per_second", "passes"}) {
+    EXPECT_TRUE(b.contains(key)) << key;
+  }
+  EXPECT_FALSE(b.contains("poster"));
+  EXPECT_GT(b["peak"]["rate"]["median"], 0.0);
+  EXPECT_EQ(b["subpixel_positions"], 64);
+  ASSERT_EQ(b["passes"].size(), 4u);
+  const char* names[] = {"light_map", "layers", "pyramids", "gather"};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const nlohmann::json& pass = b["passes"][i];
+    EXPECT_EQ(pass["name"], names[i]);
+    EXPECT_LE(pass["seconds"]["min"], pass["seconds"]["median"]);
+    EXPECT_LE(pass["seconds"]["median"], pass["seconds"]["max"]);
+    ASSERT_FALSE(pass["parts"].empty()) << names[i];
+    for (const nlohmann::json& part : pass["parts"]) {
+      for (const char* key : {"count", "per_second", "operations_per_unit", "share_of_peak", "bytes_per_unit"}) {
+        EXPECT_GT(part[key], 0.0) << names[i] << ' ' << part["name"] << ' ' << key;
+      }
+      EXPECT_LT(part["share_of_peak"], 1.0) << names[i];
+    }
+  }
+  // Sixteen samples a texel, three channels.
+  EXPECT_EQ(b["passes"][1]["parts"][0]["count"], 48.0 * b["layers"]["texels_evaluated"].get<double>());
+  EXPECT_EQ(b["passes"][1]["parts"][0]["per_second"], b["evaluations_per_second"]);
+}
+
+TEST_F(CliTest, BenchSetsThePostersFrameBesideItsTimes) {
+  const std::string poster = "bench '" PARIAN_MESHES "/torus.ply' --size 16x16 --poster ";
+  const Outcome outcome = run(poster);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("57.59"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("layers of 512 x 512"), std::string::npos) << outcome.out;
+  expect_error(poster + "--samples 4", 2, "--poster sets --samples");
+}
+
+TEST_F(CliTest, BenchLeavesOutWhatASceneDoesNotHave) {
+  const Outcome outcome = run(small_bench + "--no-pyramids --json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out)["passes"].size(), 3u);
+  const Outcome camera = run(small_bench + "--gather camera --json");
+  ASSERT_EQ(camera.code, 0) << camera.err;
+  const nlohmann::json b = nlohmann::json::parse(camera.out);
+  ASSERT_EQ(b["passes"].size(), 2u);
+  EXPECT_EQ(b["passes"][1]["name"], "gather");
+  expect_error("bench", 2, "INPUT is required");
+  expect_error("bench none.obj", 3, "none.obj");
+  expect_error("bench tet.obj --frames 3", 2, "there is no option '--frames'");
+  expect_error("bench tet.obj --device 'no such device'", 4, "no such device");
+}
+
 TEST_F(CliTest, ExplainsThePlanWithoutRendering) {
   const Outcome plan = run(small + "--dry-run --keep clipping");
   EXPECT_EQ(plan.code, 0) << plan.err;

@@ -25,12 +25,13 @@ struct FilmBench : Bench {
     make_light_maps(passes, points, 48);
     draw_light_maps(passes, 0, false);
     for (const glm::dvec3& d : directions) views.push_back(orthographic_view(points, d, layer_size));
-    make_layers(passes, views, layer_size, true);
+    make_layers(passes, views, true);
     const std::size_t pixels = std::size_t{film_size.x} * film_size.y;
     Film& f = passes.film;
     f.depth = compute.buffer<cl_uint>(pixels), f.ids = compute.buffer<cl_uint>(pixels);
     f.direct = compute.buffer<cl_uint>(pixels), f.n_direct = compute.buffer<cl_uint>(1);
     f.sums = compute.buffer<float4>(6 * pixels);
+    f.planes = compute.buffer<float4>(pixels), f.edges = compute.buffer<cl_uint>(pixels);
     f.points = compute.buffer<float4>(2 * pixels), f.values = compute.buffer<float4>(2 * pixels);
     f.centres = compute.buffer<float4>(pixels);
   }
@@ -54,8 +55,8 @@ struct FilmBench : Bench {
                             std::uint32_t rounds = 1) {
     const std::size_t texels = 2 * levels.size() * w.width * w.height;
     compute.fill(passes.film.sums, 0, 4 * texels);
-    setup_view(passes, view, Stage::gather);
-    gather(passes, view, w, levels, scale, 0, rounds, Stage::gather);
+    draw_film(passes, view, w, true, Stage::gather);
+    gather(passes, view, w, {0, passes.layers.count()}, levels, scale, 0, rounds, Stage::gather);
     ids = compute.read<cl_uint>(passes.film.ids, std::size_t{w.width} * w.height);
     direct = compute.read<cl_uint>(passes.film.direct, compute.read<cl_uint>(passes.film.n_direct, 1)[0]);
     return compute.read<float4>(passes.film.sums, texels);
@@ -109,7 +110,7 @@ Lookup look_up(const Stored& s, cl_uint level, glm::dvec3 x, glm::dvec3 n, doubl
     const glm::dvec3 n_p = view.frame(n), f = view.film(x);
     const double facing = n_p.z > 0 ? n_p.z * n_p.z - least : 0;
     if (facing <= 0) continue;
-    const int side = 1 << level, extent = (int(s.k.size) + side - 1) / side;
+    const int side = 1 << level, extent = (int(s.k.views[0].width) + side - 1) / side;
     const double size = side / double{view.view.scale}, u = f.x / side - 0.5, v = f.y / side - 0.5;
     for (int c = 0; c < 4; ++c) {
       const int column = int(std::floor(u)) + c % 2, row = int(std::floor(v)) + c / 2;
@@ -287,7 +288,7 @@ TEST(Gather, MarksCoverAllThatIsRead) {
   const std::vector<cl_uint> marked = b.compute.read<cl_uint>(marks, texels);
   std::vector<std::vector<float4>> films[2];
   for (const bool all : {false, true}) {
-    make_layers(b.passes, b.views, 41, true);
+    make_layers(b.passes, b.views, true);
     b.need([&](cl_uint t) { return all || marked[t] != 0; }, value_of);
     if (!all) {
       EXPECT_LT(b.passes.layers.n_points, texels / 3);

@@ -20,7 +20,7 @@ struct LitBench : Bench {
     draw_light_maps(passes, 0, shift);
     std::vector<kernels::View> views;
     for (const glm::dvec3& d : even_directions(5)) views.push_back(orthographic_view(points, d, 24));
-    make_layers(passes, views, 24, false);
+    make_layers(passes, views, false);
     const std::vector<cl_uint> slots = compute.read<cl_uint>(passes.layers.slots, 5 * 24 * 24);
     std::vector<cl_uint> needed;
     for (cl_uint t = 0, covered = 0; t < slots.size(); ++t)
@@ -158,6 +158,7 @@ TEST_P(LayersReplay, SameSamplesInDouble) {
   const Case& c = GetParam();
   LitBench b(c.material, {light_a, light_b}, 100, true, 4, [&](Plan& p) {
     set_option(p.options, "VW", c.lanes);
+    p.lanes = static_cast<std::uint32_t>(c.lanes);
     set_option(p.options, "ESTIMATOR", c.estimator);
     p.lights[0].samples = 5, p.lights[1].samples = 3;
   });
@@ -199,9 +200,9 @@ TEST_P(LayersReplay, SameSamplesInDouble) {
 
 INSTANTIATE_TEST_SUITE_P(LanesAndEstimators, LayersReplay,
                          testing::Values(Case{"nearest", 1, 0, two_media}, Case{"nearest", 4, 0, one_medium},
-                                         Case{"nearest", 8, 0, dense}, Case{"exponential", 1, 1, one_medium},
-                                         Case{"exponential", 8, 1, two_media}, Case{"disc", 4, 2, two_media},
-                                         Case{"disc", 8, 2, one_medium},
+                                         Case{"nearest", 8, 0, dense}, Case{"nearest", 16, 0, two_media},
+                                         Case{"exponential", 1, 1, one_medium}, Case{"exponential", 8, 1, two_media},
+                                         Case{"disc", 4, 2, two_media}, Case{"disc", 16, 2, one_medium},
                                          Case{"clear", 8, 0, medium({1, 2, 3}, {0, 0, 0}, 1.3)},
                                          Case{"nearly_opaque", 8, 0, medium({1e3, 2e3, 3e3}, {1, 2, 50}, 1.5)},
                                          Case{"thin", 8, 0, medium({1e-3, 2e-3, 1e-2}, {1e-5, 1e-4, 1e-3}, 1.3)},
@@ -280,7 +281,7 @@ TEST(Layers, HoldTheSurfaceInTheirOwnFrame) {
   Bench b(scene_of(torus(32, 16)));
   std::vector<kernels::View> views;
   for (const glm::dvec3& d : even_directions(5)) views.push_back(orthographic_view(b.points, d, size));
-  make_layers(b.passes, views, size, false);
+  make_layers(b.passes, views, false);
   const std::vector<float4> geometry = b.compute.read<float4>(b.passes.layers.geometry, 5 * texels);
   const std::vector<cl_uint> ids = b.compute.read<cl_uint>(b.passes.layers.ids, 5 * texels);
   Worst normal, height;

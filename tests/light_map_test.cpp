@@ -158,7 +158,7 @@ TEST_P(LightMap, SamplesAreCentredOnTheNearestLitSurface) {
   draw_light_maps(b.passes, 3, true);  // shifted, and drawn anew
   std::vector<kernels::View> views;
   for (const glm::dvec3& d : even_directions(4)) views.push_back(orthographic_view(b.points, d, 20));
-  make_layers(b.passes, views, 20, false);
+  make_layers(b.passes, views, false);
   std::vector<cl_uint> needed;
   const std::vector<cl_uint> slots = b.compute.read<cl_uint>(b.passes.layers.slots, 4 * 20 * 20);
   for (cl_uint t = 0; t < slots.size(); ++t)

@@ -75,7 +75,7 @@ class Pyramids : public testing::Test {
       v.scale = scale;
       k.views.push_back(v);
     }
-    k.size = base.size, k.levels = cl_uint(c.side.size()), k.n_points = cl_uint(n), k.level_first = c.first;
+    k.levels = cl_uint(c.side.size()), k.n_points = cl_uint(n), k.level_first = c.first;
     k.views_buffer = compute.upload(k.views);
     k.level_first_buffer = compute.upload(k.level_first);
     std::vector<float4> geometry(all, {nan, nan, nan, nan}), values(2 * (n + all - texels), {nan, nan, nan, nan});

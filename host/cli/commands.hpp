@@ -22,6 +22,7 @@ void add_devices(CLI::App& app, Run& run);
 void add_materials(CLI::App& app, Run& run);
 void add_report(CLI::App& app, Run& run);
 void add_check(CLI::App& app, Run& run);
+void add_bench(CLI::App& app, Run& run);
 
 /// Each dipole model's albedo on half-spaces beside a random walk's, as a table or as JSON, on standard output; takes
 /// some ten seconds. Returns the exit code.

@@ -76,6 +76,7 @@ int run(int argc, char** argv) {
   parian::add_materials(app, chosen);
   parian::add_report(app, chosen);
   parian::add_check(app, chosen);
+  parian::add_bench(app, chosen);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {

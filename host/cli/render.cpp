@@ -172,7 +172,6 @@ std::vector<std::string> render_scene(Renderer& renderer, const Input& input, co
   if (!options.dry_run) {
     Progress progress(input.settings, !options.quiet);
     stopped_by = render_frames(renderer, input.settings, progress);
-    if (!renderer.checkpoint()) renderer.estimate();  // so that the estimate is of the pictures written
     written = write_images(renderer, input, options, exposure);
   }
   done = renderer.statistics();

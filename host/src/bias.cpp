@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include "kernels/raster.h"
 #include "renderer_state.hpp"
 #include "visibility.hpp"
 
@@ -36,7 +37,6 @@ double Renderer::State::bias_relmse(std::size_t camera, const Halves& image) {
   d.a.resize(d.pixels.size());
   d.b.resize(d.pixels.size());
   const std::uint32_t rounds = (frame + positions - 1) / positions;  // as many samples as a texel has had
-  setup_view(passes, view, Stage::bias);
   for (kernels::Window w : tiles(scene.film)) {
     std::vector<std::size_t> inside;  // of d.pixels
     std::vector<cl_uint> in_window;
@@ -49,13 +49,20 @@ double Renderer::State::bias_relmse(std::size_t camera, const Halves& image) {
     if (inside.empty()) continue;
     const std::size_t pixels = std::size_t{w.width} * w.height;
     compute.fill(passes.film.sums, 0, pixels * 8);
+    std::vector<cl_uint> open(pixels, 0);
+    for (const cl_uint i : in_window) open[i] = NO_DEPTH;
+    compute.write(passes.film.open, open);
+    open_film(passes, view, w);
     for (std::uint32_t i = 0; i < positions; ++i) {
       const glm::ivec2 s = subpixel_position(i, 0);
       w.sample_x = s.x;
       w.sample_y = s.y;
-      gather(passes, view, w, {0}, 1.0F / static_cast<float>(frame), i * rounds, rounds, Stage::bias);
+      draw_film(passes, view, w, false, Stage::bias);
+      gather(passes, view, w, layers_of(camera), {0}, 1.0F / static_cast<float>(frame), i * rounds, rounds,
+             Stage::bias);
       subtract_direct(passes, view, w, in_window, i * rounds, rounds, Stage::bias);
     }
+    close_film(passes);
     const std::vector<kernels::float4> sums = compute.read<kernels::float4>(passes.film.sums, pixels * 2);
     for (std::size_t i = 0; i < inside.size(); ++i) {
       const kernels::float4 a = sums[2 * in_window[i]], b = sums[2 * in_window[i] + 1];

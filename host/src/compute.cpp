@@ -29,7 +29,7 @@ DeviceInfo describe(const cl::Platform& platform, const cl::Device& device) {
   info.compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
   // CPU drivers report preferred widths that fit flat kernels; loops over samples want eight lanes everywhere.
   const bool cpu = info.type == "CPU" || lower(info.name).find("llvmpipe") != std::string::npos;
-  info.vector_width = cpu ? 8 : 1;
+  info.vector_width = cpu ? 16 : 1;
   info.global_memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
   info.max_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
   return info;
@@ -153,26 +153,35 @@ void Compute::fill(const cl::Buffer& b, cl_uint value, std::size_t words) {
   if (words) queue_.enqueueFillBuffer(b, value, 0, words * sizeof(cl_uint));
 }
 
+void Compute::copy(const cl::Buffer& from, const cl::Buffer& to, std::size_t words) {
+  if (words) queue_.enqueueCopyBuffer(from, to, 0, 0, words * sizeof(cl_uint));
+}
+
 cl::Kernel& Compute::kernel(const char* name) {
   auto it = kernels_.find(name);
   if (it == kernels_.end()) it = kernels_.emplace(name, cl::Kernel(program_, name)).first;
   return it->second;
 }
 
-void Compute::enqueue(const cl::Kernel& kernel, std::size_t items, Stage stage) {
+void Compute::enqueue(const char* name, const cl::Kernel& kernel, std::size_t items, Stage stage) {
   const std::size_t global = (items + local_size - 1) / local_size * local_size;
   cl::Event event;
   queue_.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(local_size), nullptr, &event);
-  running_.emplace_back(std::move(event), stage);
+  running_.push_back({std::move(event), stage, name, items});
   if (running_.size() >= 4096) finish();
 }
 
 void Compute::finish() {
   queue_.finish();
-  for (const auto& [event, stage] : running_) {
-    const cl_ulong begin = event.getProfilingInfo<CL_PROFILING_COMMAND_START>();
-    const cl_ulong end = event.getProfilingInfo<CL_PROFILING_COMMAND_END>();
-    seconds_[stage] += 1e-9 * static_cast<double>(end - begin);
+  for (const Running& r : running_) {
+    const cl_ulong begin = r.event.getProfilingInfo<CL_PROFILING_COMMAND_START>();
+    const cl_ulong end = r.event.getProfilingInfo<CL_PROFILING_COMMAND_END>();
+    const double seconds = 1e-9 * static_cast<double>(end - begin);
+    seconds_[r.stage] += seconds;
+    KernelWork& work = table_[{r.stage, r.kernel}];
+    ++work.launches;
+    work.items += r.items;
+    work.seconds += seconds;
   }
   running_.clear();
 }

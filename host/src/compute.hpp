@@ -13,9 +13,6 @@
 
 namespace parian {
 
-/// The stages that time is booked on; the names are those of Seconds.
-enum class Stage { plan, light_map, layers, pyramids, gather, bias };
-
 class Compute {
  public:
   static constexpr std::size_t local_size = 64;  ///< of every launch: drivers compile each size anew
@@ -47,6 +44,8 @@ class Compute {
   }
   /// Fills with the 32-bit pattern `value`.
   void fill(const cl::Buffer& b, cl_uint value, std::size_t words);
+  /// Copies the first words of a buffer to another.
+  void copy(const cl::Buffer& from, const cl::Buffer& to, std::size_t words);
   /// Gives a buffer back before its owner ends.
   void release(cl::Buffer& b);
 
@@ -57,19 +56,27 @@ class Compute {
     cl::Kernel& kernel = this->kernel(name);
     cl_uint i = 0;
     (kernel.setArg(i++, args), ...);
-    enqueue(kernel, items, stage);
+    enqueue(name, kernel, items, stage);
   }
   /// Waits for everything, and books kernel times.
   void finish();
 
   [[nodiscard]] const DeviceInfo& info() const { return info_; }
   [[nodiscard]] const std::map<Stage, double>& kernel_seconds() const { return seconds_; }
+  [[nodiscard]] const KernelTable& kernel_table() const { return table_; }
   [[nodiscard]] std::uint64_t bytes_peak() const { return peak_; }
 
  private:
   cl::Buffer allocate(std::size_t bytes);
   cl::Kernel& kernel(const char* name);
-  void enqueue(const cl::Kernel& kernel, std::size_t items, Stage stage);
+  void enqueue(const char* name, const cl::Kernel& kernel, std::size_t items, Stage stage);
+
+  struct Running {
+    cl::Event event;
+    Stage stage;
+    std::string kernel;
+    std::size_t items;
+  };
 
   DeviceInfo info_;
   cl::Device device_;
@@ -77,8 +84,9 @@ class Compute {
   cl::CommandQueue queue_;
   cl::Program program_;
   std::map<std::string, cl::Kernel> kernels_;
-  std::vector<std::pair<cl::Event, Stage>> running_;
+  std::vector<Running> running_;
   std::map<Stage, double> seconds_;
+  KernelTable table_;
   std::uint64_t bytes_ = 0, peak_ = 0;
 };
 

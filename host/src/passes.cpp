@@ -2,6 +2,7 @@
 #include "passes.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "kernels/raster.h"
 #include "kernels/sampling.h"
@@ -54,13 +55,19 @@ void upload_geometry(Passes& p, const Mesh& mesh) {
 }
 
 void setup_view(Passes& p, const kernels::View& view, Stage stage) {
-  const Geometry& g = p.geometry;
+  Geometry& g = p.geometry;
+  if (g.set_up && std::memcmp(&*g.set_up, &view, sizeof view) == 0) return;  // the records are this view's
+  g.set_up = view;
   p.compute.launch("raster_setup", g.n_triangles, stage, view, g.positions, g.triangles, g.n_triangles, g.records);
 }
 
-void draw(Passes& p, const kernels::Window& window, const cl::Buffer& depth, const cl::Buffer* ids, Stage stage) {
+void draw(Passes& p, const kernels::Window& window, const cl::Buffer& depth, const cl::Buffer* ids, Stage stage,
+          const cl::Buffer* open) {
   const Geometry& g = p.geometry;
-  p.compute.fill(depth, NO_DEPTH, pixels(window));
+  if (open)
+    p.compute.copy(*open, depth, pixels(window));
+  else
+    p.compute.fill(depth, NO_DEPTH, pixels(window));
   p.compute.fill(g.n_large, 0, 1);
   p.compute.launch("raster_depth", g.n_records, stage, window, g.records, g.n_records, g.n_large, g.large, depth);
   p.compute.launch("raster_depth_large", large_items, stage, window, g.records, g.n_large, g.large, depth);
@@ -74,7 +81,7 @@ void make_light_maps(Passes& p, const std::vector<glm::dvec3>& points, std::uint
   LightMaps& m = p.light_maps;
   m.size = size;
   const std::size_t texels = std::size_t{size} * size;
-  const std::vector<std::uint32_t> first = mip_offsets(size, 1);
+  const std::vector<std::uint32_t> first = mip_offsets(glm::uvec2(size), 1);
   m.levels = static_cast<cl_uint>(first.size() - 1);
   for (std::size_t l = 0; l < p.plan.lights.size(); ++l) {
     const PlannedLight& planned = p.plan.lights[l];
@@ -113,7 +120,7 @@ void draw_light_maps(Passes& p, std::uint32_t epoch, bool shift) {
     }
     p.compute.launch("light_map_extent", texels, Stage::light_map, texels, light.view.scale, m.map, light.map, m.extent,
                      light.extent);
-    const std::vector<std::uint32_t> first = mip_offsets(m.size, 1);
+    const std::vector<std::uint32_t> first = mip_offsets(glm::uvec2(m.size), 1);
     for (cl_uint level = 1, size = m.size; level < m.levels; ++level, size = (size + 1) / 2)
       p.compute.launch("light_map_extent_up", std::size_t{(size + 1) / 2} * ((size + 1) / 2), Stage::light_map, size,
                        light.extent + first[level - 1], light.extent + first[level], m.extent);
@@ -121,15 +128,15 @@ void draw_light_maps(Passes& p, std::uint32_t epoch, bool shift) {
   p.compute.write(m.lights_buffer, m.lights);
 }
 
-void make_layers(Passes& p, const std::vector<kernels::View>& views, std::uint32_t size, bool pyramids) {
+void make_layers(Passes& p, const std::vector<kernels::View>& views, bool pyramids) {
   Layers& k = p.layers;
   const Geometry& g = p.geometry;
   k.views = views;
-  k.size = size;
-  k.level_first = mip_offsets(size, k.count());
+  const glm::uvec2 film(views.front().width, views.front().height);
+  k.level_first = mip_offsets(film, k.count());
   if (!pyramids) k.level_first.resize(2);
   k.levels = static_cast<cl_uint>(k.level_first.size() - 1);
-  const cl_uint texels = size * size;
+  const cl_uint texels = film.x * film.y;
   k.views_buffer = p.compute.upload(views);
   k.level_first_buffer = p.compute.upload(k.level_first);
   k.depth = p.compute.buffer<cl_uint>(texels);
@@ -157,9 +164,9 @@ void release_layers(Passes& p) {
 void mark_needed(Passes& p, const kernels::View& view, const kernels::Window& window, const cl::Buffer& marks) {
   const Geometry& g = p.geometry;
   const Layers& k = p.layers;
-  draw(p, window, p.film.depth, &p.film.ids, Stage::plan);
+  draw_film(p, view, window, false, Stage::plan);
   p.compute.launch("gather_mark", pixels(window), Stage::plan, view, window, p.film.ids, g.positions, g.triangles,
-                   g.normals, k.views_buffer, k.level_first_buffer, k.geometry, k.slots, k.count(), k.size, marks);
+                   g.normals, k.views_buffer, k.level_first_buffer, k.geometry, k.slots, 0U, k.count(), marks);
 }
 
 void set_needed(Passes& p, const std::vector<cl_uint>& needed) {
@@ -186,8 +193,10 @@ namespace {
 
 void launch_accumulate(Passes& p, cl_uint n, const cl::Buffer& points, const cl::Buffer& centres, std::uint32_t round,
                        std::uint32_t rounds, cl_uint add, const cl::Buffer& values, Stage stage) {
+  const std::size_t items =
+      p.plan.lanes == 1 ? std::size_t{2} * n : (n + POINTS_SIDE_BY_SIDE - 1) / POINTS_SIDE_BY_SIDE;
   for (cl_uint l = 0; l < n_lights(p); ++l)
-    p.compute.launch("layers_accumulate", std::size_t{2} * n, stage, n, points, centres, l, p.light_maps.lights_buffer,
+    p.compute.launch("layers_accumulate", items, stage, n, points, centres, l, p.light_maps.lights_buffer,
                      p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.seed, round,
                      rounds, l > 0 ? 1U : add, values);
 }
@@ -201,10 +210,9 @@ void accumulate_layers(Passes& p, std::uint32_t frame) {
 
 void build_pyramids(Passes& p, std::uint32_t level) {
   const Layers& k = p.layers;
-  cl_uint size = k.size;
-  for (cl_uint l = 1; l <= level && l < k.levels; ++l, size = (size + 1) / 2)
+  for (cl_uint l = 1; l <= level && l < k.levels; ++l)
     p.compute.launch("pyramids_level", k.level_first[l + 1] - k.level_first[l], Stage::pyramids, k.views_buffer,
-                     k.count(), l, k.level_first_buffer, size, k.n_points, k.geometry, k.slots, k.values);
+                     k.count(), l, k.level_first_buffer, k.n_points, k.geometry, k.slots, k.values);
 }
 
 namespace {
@@ -228,22 +236,54 @@ void launch_direct(Passes& p, const kernels::View& view, const kernels::Window& 
 
 }  // namespace
 
-cl_uint gather(Passes& p, const kernels::View& view, const kernels::Window& window, const std::vector<cl_uint>& levels,
-               float scale, std::uint32_t round, std::uint32_t rounds, Stage stage) {
+bool draw_film(Passes& p, const kernels::View& view, const kernels::Window& window, bool again, Stage stage) {
+  Film& f = p.film;
+  const bool same_view = f.drawn && std::memcmp(&*f.drawn, &view, sizeof view) == 0;
+  if (!again && same_view && std::memcmp(&f.window, &window, sizeof window) == 0) return false;
+  if (!f.restricted) setup_view(p, view, stage);
+  draw(p, window, f.depth, &f.ids, stage, f.restricted ? &f.open : nullptr);
+  f.drawn = view;
+  f.window = window;
+  return true;
+}
+
+cl_uint gather(Passes& p, const kernels::View& view, const kernels::Window& window, const LayerRange& layers,
+               const std::vector<cl_uint>& levels, float scale, std::uint32_t round, std::uint32_t rounds, Stage stage,
+               std::uint32_t position) {
   const Geometry& g = p.geometry;
   const Layers& k = p.layers;
   const Film& f = p.film;
-  draw(p, window, f.depth, &f.ids, stage);
   cl_uint4 level{};
   for (std::size_t s = 0; s < levels.size(); ++s) level.s[s] = levels[s];
   const cl_uint sets = static_cast<cl_uint>(levels.size());
   p.compute.fill(f.n_direct, 0, 1);
   p.compute.launch("gather_pixels", pixels(window), stage, view, window, f.ids, g.positions, g.triangles, g.normals,
-                   k.views_buffer, k.level_first_buffer, k.geometry, k.slots, k.count(), k.size, k.values, scale,
-                   p.plan.boundary, level, sets, f.sums, f.n_direct, f.direct);
+                   k.views_buffer, k.level_first_buffer, k.geometry, k.slots, layers.first, layers.count, k.values,
+                   scale, p.plan.boundary, level, sets, f.sums, f.n_direct, f.direct, position, f.planes, f.edges);
   const cl_uint n_direct = p.compute.read<cl_uint>(f.n_direct, 1)[0];
   launch_direct(p, view, window, round, rounds, 1.0F, sets, n_direct, stage);
   return n_direct;
+}
+
+void settle_film(Passes& p, const kernels::Window& window, std::size_t levels, std::uint32_t done,
+                 std::uint32_t positions) {
+  const Film& f = p.film;
+  p.compute.launch("gather_settle", pixels(window), Stage::gather, window, f.edges,
+                   static_cast<float>(positions) / static_cast<float>(done), static_cast<cl_uint>(levels), f.sums,
+                   f.open);
+}
+
+void open_film(Passes& p, const kernels::View& view, const kernels::Window& window) {
+  Geometry& g = p.geometry;
+  setup_view(p, view, Stage::gather);
+  p.compute.launch("gather_cull", g.n_records, Stage::gather, window, p.film.open, g.n_records, g.records);
+  g.set_up.reset();  // records are gone
+  p.film.restricted = true;
+}
+
+void close_film(Passes& p) {
+  p.film.restricted = false;
+  p.film.drawn.reset();
 }
 
 void subtract_direct(Passes& p, const kernels::View& view, const kernels::Window& window,

@@ -1,5 +1,6 @@
 // The four passes as launches on one device, and the buffers between them.
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "compute.hpp"
@@ -13,6 +14,7 @@ struct Geometry {
   cl::Buffer triangles;  ///< 3 uint per triangle
   cl::Buffer normals;    ///< 9 float per triangle: shading normals of its corners
   cl::Buffer records, large, n_large;
+  std::optional<kernels::View> set_up;  ///< of which the records are
   cl_uint n_positions = 0, n_triangles = 0, n_records = 0;
 };
 
@@ -29,7 +31,7 @@ struct Layers {
   std::vector<kernels::View> views;
   cl::Buffer views_buffer, level_first_buffer, depth, ids, geometry, slots;
   std::vector<std::uint32_t> level_first;
-  cl_uint size = 0, levels = 1;
+  cl_uint levels = 1;
   // Once the needed texels are known:
   cl::Buffer points, centres, values;
   cl_uint n_points = 0;
@@ -41,6 +43,15 @@ struct Layers {
 struct Film {
   cl::Buffer depth, ids, sums, direct, n_direct;
   cl::Buffer points, centres, values;
+  cl::Buffer planes, edges, open;      ///< of each pixel: its first hit's plane, whether it is an edge, what to draw
+  std::optional<kernels::View> drawn;  ///< of which ids hold `window`
+  kernels::Window window{};
+  bool restricted = false;  ///< to open pixels
+};
+
+/// The layers that a view reads: all of them, or its own alone.
+struct LayerRange {
+  cl_uint first = 0, count = 0;
 };
 
 /// What all passes share.
@@ -59,18 +70,21 @@ struct Passes {
 
 void upload_geometry(Passes& p, const Mesh& mesh);
 
-/// Set-up of one view; `draw` then fills depth, and ids if given, for a window of it.
+/// Set-up of one view, unless it's the last one; `draw` then fills depth, and ids if given, for a window of it.
 void setup_view(Passes& p, const kernels::View& view, Stage stage);
-void draw(Passes& p, const kernels::Window& window, const cl::Buffer& depth, const cl::Buffer* ids, Stage stage);
+/// Where `open` isn't NO_DEPTH, nothing is drawn.
+void draw(Passes& p, const kernels::Window& window, const cl::Buffer& depth, const cl::Buffer* ids, Stage stage,
+          const cl::Buffer* open = nullptr);
 
 /// Pass 1: (re)draws the maps of all lights with the sub-texel shifts of `epoch`, and their height pyramids.
 void make_light_maps(Passes& p, const std::vector<glm::dvec3>& points, std::uint32_t size);
 void draw_light_maps(Passes& p, std::uint32_t epoch, bool shift);
 
-/// Pass 2, geometry: rasterises the layers. All covered texels count as needed until set_needed says which are.
-void make_layers(Passes& p, const std::vector<kernels::View>& views, std::uint32_t size, bool pyramids);
+/// Pass 2, geometry: rasterises the layers, at least one, all of the same size. All covered texels count as needed
+/// until set_needed says which are.
+void make_layers(Passes& p, const std::vector<kernels::View>& views, bool pyramids);
 void release_layers(Passes& p);
-/// Marks the texels that a view reads, in `marks` (one uint per level-0 texel).
+/// Marks the texels of all layers that a view reads, in `marks` (one uint per level-0 texel).
 void mark_needed(Passes& p, const kernels::View& view, const kernels::Window& window, const cl::Buffer& marks);
 void set_needed(Passes& p, const std::vector<cl_uint>& needed);
 /// Pass 2, light: one frame of samples.
@@ -79,10 +93,21 @@ void accumulate_layers(Passes& p, std::uint32_t frame);
 /// Pass 3: levels 1 to `level`.
 void build_pyramids(Passes& p, std::uint32_t level);
 
-/// Pass 4: adds one subpixel position of a window of a view to the film, for the given levels. `scale` is 1 / frames;
-/// pixels that no layer sees take `rounds` rounds of samples from round `round` on, and are counted.
-cl_uint gather(Passes& p, const kernels::View& view, const kernels::Window& window, const std::vector<cl_uint>& levels,
-               float scale, std::uint32_t round, std::uint32_t rounds, Stage stage);
+/// Draws a window of a view into the film's ids, unless they hold it already; returns whether it had to.
+bool draw_film(Passes& p, const kernels::View& view, const kernels::Window& window, bool again, Stage stage);
+/// Pass 4: adds one subpixel position of a window of a view, which draw_film has drawn, to the film, for the given
+/// levels of the layers. `scale` is 1 / frames; pixels that no layer sees take `rounds` rounds of samples from round
+/// `round` on, and are counted. `position` numbers those that look for edges.
+cl_uint gather(Passes& p, const kernels::View& view, const kernels::Window& window, const LayerRange& layers,
+               const std::vector<cl_uint>& levels, float scale, std::uint32_t round, std::uint32_t rounds, Stage stage,
+               std::uint32_t position = NO_POSITION);
+/// After `done` of `positions` subpixel positions that looked for edges: pixels without one count as gathered at all
+/// positions, and the others are written to the film's `open`.
+void settle_film(Passes& p, const kernels::Window& window, std::size_t levels, std::uint32_t done,
+                 std::uint32_t positions);
+/// From now on draws nothing but the pixels that are `open`, until close_film.
+void open_film(Passes& p, const kernels::View& view, const kernels::Window& window);
+void close_film(Passes& p);
 /// Subtracts from the film what pass 2's function gives at the points of some pixels themselves, at the subpixel
 /// position that `gather` has just added.
 void subtract_direct(Passes& p, const kernels::View& view, const kernels::Window& window,

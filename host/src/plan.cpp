@@ -14,8 +14,9 @@
 namespace parian {
 namespace {
 
-constexpr std::array omissions{"equal-channels", "black-channels", "dark-lights",       "clipping",
-                               "unread-texels",  "idle-layers",    "light-map-redraws", "pyramids"};
+constexpr std::array omissions{"equal-channels", "black-channels",     "dark-lights",       "clipping",
+                               "unread-texels",  "idle-layers",        "light-map-redraws", "camera-redraws",
+                               "layers",         "interior-positions", "checkpoints",       "pyramids"};
 
 constexpr double irradiance_limit = 1e30;  // sums of products with it stay in float32
 
@@ -152,30 +153,50 @@ void check_scene(const Scene& scene) {
   }
 }
 
+/// The layers that are to be made: how many, and their film.
+std::pair<std::uint64_t, glm::uvec2> planned_layers(const Plan& plan, const Scene& scene, const Settings& settings) {
+  if (plan.gather == Gather::layers) return {settings.layers, glm::uvec2(settings.layer_size)};
+  kernels::View view{};
+  view.width = scene.film.x;
+  view.height = scene.film.y;
+  view = camera_layer(view);
+  return {scene.cameras.size(), {view.width, view.height}};
+}
+
+/// The cameras' own views are layers like any others, and need no others while they have no more texels than these.
+void plan_gather(Plan& plan, const Scene& scene, const Settings& settings) {
+  plan.gather = settings.gather;
+  if (settings.gather != Gather::automatic) return;
+  plan.gather = Gather::camera;
+  const auto [count, film] = planned_layers(plan, scene, settings);
+  const std::uint64_t texels = std::uint64_t{settings.layer_size} * settings.layer_size * settings.layers;
+  if (kept(settings, "layers") || count * film.x * film.y > texels)
+    plan.gather = Gather::layers;
+  else
+    plan.left_out.push_back({"layers", "the cameras' own views are all the layers that they need", "layers",
+                             static_cast<double>(settings.layers), false});
+}
+
 void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const DeviceInfo& device) {
-  const std::uint64_t triangles = scene.mesh.triangles.size(),
-                      texels = settings.gather == Gather::camera
-                                   ? 0
-                                   : std::uint64_t{settings.layer_size} * settings.layer_size * settings.layers;
+  const auto [layers, film] = planned_layers(plan, scene, settings);
+  const std::uint64_t triangles = scene.mesh.triangles.size(), texels = layers * film.x * film.y;
   const std::uint64_t map = std::uint64_t{settings.light_map_size} * settings.light_map_size;
   const std::uint64_t pixels =
       std::uint64_t{std::min(scene.film.x, window_limit)} * std::min(scene.film.y, window_limit);
   std::uint64_t all_levels = texels;
-  for (std::uint64_t side = settings.layer_size; plan.pyramids && side > 1;) {
-    side = (side + 1) / 2;
-    all_levels += side * side * settings.layers;
+  for (glm::uvec2 size = film; plan.pyramids && size != glm::uvec2(1);) {
+    size = (size + 1U) / 2U;
+    all_levels += size.x * size.y * layers;
   }
   const std::uint64_t records = triangles * plan.slots * sizeof(kernels::RasterTriangle);
   const std::uint64_t maps = plan.lights.size() * 2 * map * 16;
-  const std::uint64_t values = all_levels * 32, film = pixels * 32 * (settings.gather == Gather::camera ? 1 : 3);
-  const std::uint64_t films =
-      settings.gather == Gather::camera ? std::uint64_t{scene.film.x} * scene.film.y * scene.cameras.size() * 32 : film;
-  plan.largest = std::max(
-      {records, maps, values, film, texels * 32, texels * 16 * plan.lights.size(), sight_bytes(settings.layers)});
+  const std::uint64_t values = all_levels * 32, sums = pixels * 32 * (plan.pyramids ? 3 : 1);
+  const std::uint64_t sight = plan.gather == Gather::layers ? sight_bytes(settings.layers) : 0;
+  plan.largest = std::max({records, maps, values, sums, texels * 32, texels * 16 * plan.lights.size(), sight});
   plan.bytes = scene.mesh.positions.size() * 16 + triangles * (12 + 36) + records + triangles * plan.slots * 4 + maps +
                plan.lights.size() * map * 11 + map * 8 + texels * 12 + all_levels * 20 + values +
-               (texels + std::min<std::uint64_t>(pixels, direct_points)) * (32 + 16 * plan.lights.size()) + films +
-               pixels * 12 + sight_bytes(settings.layers) + (std::uint64_t{4} << 20);
+               (texels + std::min<std::uint64_t>(pixels, direct_points)) * (32 + 16 * plan.lights.size()) + sums +
+               pixels * 36 + sight + (std::uint64_t{4} << 20);
   const auto mib = [](std::uint64_t b) { return static_cast<double>(b) / 1048576.0; };
   constexpr std::uint64_t index_limit = std::uint64_t{1} << 30;  // texels and triangles are numbered in 32 bits
   const bool too_many = all_levels > index_limit || plan.lights.size() * 2 * map > index_limit ||
@@ -196,12 +217,12 @@ bool kept(const Settings& settings, const std::string& name) {
   return settings.keep.contains(name) || settings.keep.contains("all");
 }
 
-std::vector<std::uint32_t> mip_offsets(std::uint32_t size, std::uint32_t count) {
+std::vector<std::uint32_t> mip_offsets(glm::uvec2 film, std::uint32_t count) {
   std::vector<std::uint32_t> first{0};
   for (;;) {
-    first.push_back(first.back() + size * size * count);
-    if (size == 1) return first;
-    size = (size + 1) / 2;
+    first.push_back(first.back() + film.x * film.y * count);
+    if (film == glm::uvec2(1)) return first;
+    film = (film + 1U) / 2U;
   }
 }
 
@@ -232,14 +253,13 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
     plan.left_out.push_back({"clipping", "the object lies inside every camera's near plane and guard band", "bytes",
                              static_cast<double>(scene.mesh.triangles.size() * 5 * sizeof(kernels::RasterTriangle)),
                              false});
-  plan.pyramids = settings.pyramids && settings.layer_size > 1 && settings.gather != Gather::camera;
+  plan_gather(plan, scene, settings);
+  plan.pyramids = settings.pyramids && planned_layers(plan, scene, settings).second != glm::uvec2(1);
 
   plan.lanes = device.vector_width;
-  if (plan.lanes > 1) {  // no wider than the samples that one light gets in a frame
-    std::uint32_t most = 0;
-    for (const auto& light : plan.lights) most = std::max(most, light.samples);
-    if (most <= 4) plan.lanes = 4;
-  }
+  std::uint32_t most = 0;
+  for (const auto& light : plan.lights) most = std::max(most, light.samples);
+  while (plan.lanes > 4 && plan.lanes >= 4 * most) plan.lanes /= 2;  // no wider than both halves of the brightest light
   const int estimator = settings.estimator == Estimator::radial ? 1 : settings.estimator == Estimator::disc ? 2 : 0;
   plan.options = fmt::format(
       "-cl-std=CL1.2 -DVW={} -DMODEL={} -DESTIMATOR={} -DMEDIA={} -DMEDIUM_R={} -DMEDIUM_G={} "

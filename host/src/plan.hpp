@@ -25,6 +25,7 @@ struct Plan {
   kernels::Boundary boundary{};
   DensityTable density;
   std::vector<PlannedLight> lights;
+  Gather gather = Gather::layers;  ///< not automatic any more
   bool clipping = false;
   bool pyramids = true;
   std::uint32_t slots = 1;         ///< set-up records per triangle
@@ -51,7 +52,7 @@ inline constexpr std::uint32_t window_limit = 2048;
 /// Pixels whose points are held at a time, while pass 2's function computes them directly.
 inline constexpr std::uint32_t direct_points = 65536;
 
-/// First texel of each level of a mip chain over `count` square films, and one past the last; levels down to 1 x 1.
-[[nodiscard]] std::vector<std::uint32_t> mip_offsets(std::uint32_t size, std::uint32_t count);
+/// First texel of each level of a mip chain over `count` films, and one past the last; levels down to 1 x 1.
+[[nodiscard]] std::vector<std::uint32_t> mip_offsets(glm::uvec2 film, std::uint32_t count);
 
 }  // namespace parian

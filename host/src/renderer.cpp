@@ -15,6 +15,10 @@ namespace parian {
 namespace {
 
 constexpr std::uint32_t coarsest_level = 6;  // more blur than 64 texels shows nothing
+// Of an estimate that looks at one subpixel position, in 1/256: where a bilinear look-up averages noise away as much as
+// a whole pixel's look-ups do if texels are pixels, (0.78^2 + 0.22^2)^2 = (0.125^2 + 0.75^2 + 0.125^2)^2.
+constexpr int single_position = 200;
+constexpr std::uint32_t interior_positions = 8;  // of pixels without an edge near by
 
 }  // namespace
 
@@ -53,52 +57,38 @@ void Renderer::State::allocate_film() {
   f.points = compute.buffer<kernels::float4>(2 * held);
   f.centres = compute.buffer<kernels::float4>(plan.lights.size() * held);
   f.values = compute.buffer<kernels::float4>(2 * held);
-  if (settings.gather == Gather::camera) {  // every tile of every view keeps its sums from frame to frame
-    for (std::size_t camera = 0; camera < cameras.size(); ++camera)
-      for (const kernels::Window& w : tiles(scene.film)) {
-        const std::size_t values = std::size_t{w.width} * w.height * 2;
-        camera_sums.push_back(compute.buffer<kernels::float4>(values));
-        compute.fill(camera_sums.back(), 0, 4 * values);
-      }
-    return;
-  }
+  f.planes = compute.buffer<kernels::float4>(pixels);
+  f.edges = compute.buffer<cl_uint>(pixels);
+  f.open = compute.buffer<cl_uint>(pixels);
   f.sums = compute.buffer<kernels::float4>(pixels * 2 * (plan.pyramids ? 3 : 1));
 }
 
-/// One frame of the cameras' own views: each pixel's point at this frame's subpixel position, by pass 2's function.
-void Renderer::State::accumulate_cameras() {
-  std::size_t tile = 0;
-  std::uint64_t direct = 0;
-  for (const kernels::View& view : cameras) {
-    setup_view(passes, view, Stage::gather);
-    for (kernels::Window w : tiles(scene.film)) {
-      const glm::ivec2 s = subpixel_position(frame, 0);
-      w.sample_x = s.x;
-      w.sample_y = s.y;
-      passes.film.sums = camera_sums[tile++];
-      direct += gather(passes, view, w, {0}, 1.0F, frame, 1, Stage::gather);
-    }
-  }
-  direct_evaluations += static_cast<double>(direct) * samples_per_frame() * plan.channels();
-  fallback_pixels = direct;
-}
-
-/// One subpixel position tells a pixel's error where texels are larger than pixels; elsewhere about one per texel does.
+/// One subpixel position tells a pixel's error where texels are as large as pixels; elsewhere about one per texel does.
 std::uint32_t Renderer::State::positions_of_estimate(std::size_t camera) const {
   const double texels = texels_per_pixel(passes.layers, cameras[camera]);
-  return static_cast<std::uint32_t>(std::clamp(std::ceil(texels * texels), 1.0, 16.0));
+  return static_cast<std::uint32_t>(std::clamp(std::ceil(texels * texels - 0.5), 1.0, 16.0));
+}
+
+LayerRange Renderer::State::layers_of(std::size_t camera) const {
+  if (plan.gather == Gather::camera) return {static_cast<cl_uint>(camera), 1};
+  return {0, passes.layers.count()};
 }
 
 void Renderer::State::plan_layers() {
-  if (settings.gather == Gather::camera) {  // every pixel is a point of its own: nothing to place, nothing to read
-    make_layers(passes, {}, settings.layer_size, false);
-    set_needed(passes, {});
+  if (plan.gather == Gather::camera) {  // nothing to place, and all that is seen is read
+    std::vector<kernels::View> views;
+    for (const kernels::View& camera : cameras) views.push_back(camera_layer(camera));
+    make_layers(passes, views, plan.pyramids);
+    const std::vector<cl_uint> seen = covered_texels(passes);
+    set_needed(passes, seen);
+    count_layers(seen.size(), seen.size());
+    statistics.layers_covered = 1.0;  // until a picture finds pixels whose points no texel stands for
     return;
   }
   SurfaceSight sight;
   std::vector<kernels::View> views =
       place_layers(passes, scene.mesh.positions, scene.mesh.triangles, settings.layers, settings.layer_size, sight);
-  make_layers(passes, views, settings.layer_size, plan.pyramids);
+  make_layers(passes, views, plan.pyramids);
   statistics.layers_covered = layer_coverage(passes, sight);
   std::vector<cl_uint> needed = covered_texels(passes);
   const std::size_t covered = needed.size();
@@ -119,7 +109,7 @@ void Renderer::State::plan_layers() {
     for (cl_uint& t : needed) t = new_index[t / per_layer] * per_layer + t % per_layer;
     const std::size_t before = passes.layers.level_first.back();
     release_layers(passes);
-    make_layers(passes, busy, settings.layer_size, plan.pyramids);
+    make_layers(passes, busy, plan.pyramids);
     leave_out("idle-layers", fmt::format("{} of {} layers see nothing that a camera reads", idle, views.size()),
               "bytes", static_cast<double>((before - passes.layers.level_first.back()) * 20));
   }
@@ -127,13 +117,17 @@ void Renderer::State::plan_layers() {
   leave_out("unread-texels",
             fmt::format("{} of {} covered texels are read by no camera", covered - needed.size(), covered),
             "evaluations", static_cast<double>(covered - needed.size()) * samples_per_frame() * plan.channels());
+  count_layers(covered, needed.size());
+}
+
+void Renderer::State::count_layers(std::size_t covered, std::size_t needed) {
   for (Omission& o : plan.left_out)
     if (o.what == "equal-channels" || o.what == "black-channels")
-      o.count = static_cast<double>(needed.size()) * samples_per_frame();
+      o.count = static_cast<double>(needed) * samples_per_frame();
   statistics.layers_count = passes.layers.count();
-  statistics.layers_size = settings.layer_size;
+  statistics.layers_size = std::max(passes.layers.views.front().width, passes.layers.views.front().height);
   statistics.layers_texels = covered;
-  statistics.layers_texels_evaluated = needed.size();
+  statistics.layers_texels_evaluated = needed;
 }
 
 Renderer::Renderer(Scene scene, const Settings& settings, const std::string& selector)
@@ -156,12 +150,8 @@ void Renderer::frame() {
       draw_light_maps(s.passes, epoch, s.settings.light_map_shift);
       s.compute.finish();
     }
-    const bool of_cameras = s.settings.gather == Gather::camera;
-    Timer timer(of_cameras ? s.statistics.seconds.gather : s.statistics.seconds.layers);
-    if (of_cameras)
-      s.accumulate_cameras();
-    else
-      accumulate_layers(s.passes, s.frame);
+    Timer timer(s.statistics.seconds.layers);
+    accumulate_layers(s.passes, s.frame);
     s.compute.finish();
     ++s.frame;
   });
@@ -170,14 +160,43 @@ void Renderer::frame() {
 std::uint32_t Renderer::frames() const { return state_->frame; }
 
 bool Renderer::checkpoint() const {
-  std::uint32_t n = state_->frame;
+  State& s = *state_;
+  std::uint32_t n = s.frame;
   while (n > 4 && n % 2 == 0) n /= 2;
-  return n >= 1 && n <= 4;
+  if (n < 1 || n > 4) return false;
+  // Error falls about as one over the frames, never as their square: until then it needn't be asked for.
+  const double ratio = static_cast<double>(s.estimated_at) / s.frame;
+  const bool hopeless = s.estimated_at > 0 && s.statistics.estimated_relmse * ratio * ratio > s.settings.error;
+  return !hopeless || !(s.settings.error > 0) || kept(s.settings, "checkpoints");
+}
+
+/// All subpixel positions of one window; those of edges alone after the first few. Returns how many points no layer
+/// saw.
+std::uint64_t Renderer::State::gather_window(std::size_t camera, kernels::Window w, const std::vector<cl_uint>& levels,
+                                             std::uint32_t positions) {
+  const kernels::View& view = cameras[camera];
+  const std::uint32_t rounds = (frame + positions - 1) / positions;
+  const bool settles = positions > interior_positions && !kept(settings, "interior-positions");
+  if (settles) compute.fill(passes.film.edges, 0, std::size_t{w.width} * w.height);
+  std::uint64_t direct = 0;
+  for (std::uint32_t i = 0; i < positions; ++i) {
+    if (settles && i == interior_positions) {
+      settle_film(passes, w, levels.size(), i, positions);
+      open_film(passes, view, w);
+    }
+    const glm::ivec2 s = positions == 1 ? glm::ivec2(single_position) : subpixel_position(i, 0);
+    w.sample_x = s.x;
+    w.sample_y = s.y;
+    undrawn += !draw_film(passes, view, w, kept(settings, "camera-redraws"), Stage::gather);
+    direct += gather(passes, view, w, layers_of(camera), levels, 1.0F / static_cast<float>(frame), i * rounds, rounds,
+                     Stage::gather, settles && i < interior_positions ? i : NO_POSITION);
+  }
+  if (settles) close_film(passes);
+  return direct;
 }
 
 std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std::vector<cl_uint>& levels,
                                                    std::uint32_t positions) {
-  const kernels::View& view = cameras[camera];
   const std::size_t film = std::size_t{scene.film.x} * scene.film.y;
   std::vector<Halves> halves(levels.size());
   for (Halves& h : halves) {
@@ -193,28 +212,15 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
     unbuilt += all - built;
     compute.finish();
   }
-  const bool of_cameras = settings.gather == Gather::camera;  // the sums are there
   std::uint64_t direct = 0;
-  if (!of_cameras) {
-    Timer timer(statistics.seconds.gather);
-    setup_view(passes, view, Stage::gather);
-  }
-  const float weight = 1.0F / static_cast<float>(of_cameras ? frame : positions);
-  std::size_t tile = camera * tiles(scene.film).size();
+  const float weight = 1.0F / static_cast<float>(positions);
   const std::uint32_t rounds = (frame + positions - 1) / positions;
   for (kernels::Window w : tiles(scene.film)) {
     const std::size_t pixels = std::size_t{w.width} * w.height;
-    if (of_cameras) {
-      passes.film.sums = camera_sums[tile++];
-    } else {
+    {
       Timer timer(statistics.seconds.gather);
       compute.fill(passes.film.sums, 0, pixels * 8 * levels.size());
-      for (std::uint32_t i = 0; i < positions; ++i) {
-        const glm::ivec2 s = subpixel_position(i, 0);
-        w.sample_x = s.x;
-        w.sample_y = s.y;
-        direct += gather(passes, view, w, levels, 1.0F / static_cast<float>(frame), i * rounds, rounds, Stage::gather);
-      }
+      direct += gather_window(camera, w, levels, positions);
       compute.finish();
     }
     Timer timer(statistics.seconds.read);
@@ -229,10 +235,8 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
         halves[set].alpha[at] = a.w * weight;
       }
   }
-  if (!of_cameras) {
-    direct_evaluations += static_cast<double>(direct) * rounds * samples_per_frame() * plan.channels();
-    fallback_pixels = (direct + positions - 1) / positions;
-  }
+  direct_evaluations += static_cast<double>(direct) * rounds * samples_per_frame() * plan.channels();
+  fallback_pixels = (direct + positions - 1) / positions;
   for (Halves& h : halves) {
     h.a0 = halves.back().a;
     h.b0 = halves.back().b;
@@ -243,14 +247,11 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
 double Renderer::estimate() {
   State& s = *state_;
   return with_device_errors(s.compute.info(), [&] {
-    // The first estimate tries all levels; later ones the level shown, the next finer and 0, since the best level
-    // falls as the image converges.
-    std::uint32_t top = s.level, stop = top > 0 ? top - 1 : 0;
-    if (s.first_estimate && s.plan.pyramids) {
-      top = std::min(s.passes.layers.levels - 1, coarsest_level);
-      stop = 0;
-    }
-    s.first_estimate = false;
+    // The first estimate tries all levels; later ones the level shown and all finer, since the best level falls as the
+    // image converges.
+    std::uint32_t top = s.level;
+    if (s.estimated_at == 0 && s.plan.pyramids) top = std::min(s.passes.layers.levels - 1, coarsest_level);
+    s.estimated_at = s.frame;
     double best = INFINITY;
     for (std::uint32_t level = top;; level -= 2) {
       std::vector<cl_uint> levels;
@@ -267,7 +268,7 @@ double Renderer::estimate() {
           best = worst[i];
           s.level = levels[i];
         }
-      if (level <= stop + 1 || level <= 2) break;
+      if (level <= 2) break;
     }
     s.statistics.estimated_relmse = best;
     return best;
@@ -276,6 +277,7 @@ double Renderer::estimate() {
 
 Image Renderer::image(std::size_t camera) {
   State& s = *state_;
+  if (s.estimated_at != s.frame) estimate();  // which pyramid level to show
   return with_device_errors(s.compute.info(), [&] {
     std::vector<cl_uint> levels;
     if (s.level > 0) levels.push_back(s.level);
@@ -285,9 +287,14 @@ Image Renderer::image(std::size_t camera) {
     const double coarse = estimated_relmse(halves.front()), fine = estimated_relmse(halves.back());
     s.statistics.fallback_pixels = s.fallback_pixels + (camera == 0 ? 0 : s.statistics.fallback_pixels);
     const Halves& h = coarse < fine ? halves.front() : halves.back();
+    if (s.plan.gather == Gather::camera) {
+      const auto covered =
+          static_cast<double>(std::count_if(h.alpha.begin(), h.alpha.end(), [](float a) { return a > 0; }));
+      const double unseen = static_cast<double>(s.fallback_pixels) / std::max(covered, 1.0);
+      s.statistics.layers_covered = std::min(s.statistics.layers_covered, 1.0 - unseen);
+    }
     Image image{s.scene.film.x, s.scene.film.y, {}, std::min(coarse, fine), {}};
-    if (s.settings.gather != Gather::camera)
-      s.statistics.estimated_bias_relmse = std::max(s.statistics.estimated_bias_relmse, s.bias_relmse(camera, h));
+    s.statistics.estimated_bias_relmse = std::max(s.statistics.estimated_bias_relmse, s.bias_relmse(camera, h));
     s.statistics.estimated_relmse =
         camera == 0 ? image.estimated_relmse : std::max(s.statistics.estimated_relmse, image.estimated_relmse);
     image.rgba.reserve(h.alpha.size() * 4);
@@ -305,6 +312,8 @@ Image Renderer::image(std::size_t camera) {
     return image;
   });
 }
+
+const KernelTable& Renderer::kernel_table() const { return state_->compute.kernel_table(); }
 
 const DeviceInfo& Renderer::device() const { return state_->compute.info(); }
 

@@ -1,7 +1,9 @@
 // The renderer: one scene on one device, refined frame by frame. The algorithm is four calls in renderer.cpp.
 #pragma once
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "scene.hpp"
@@ -20,6 +22,16 @@ struct DeviceInfo {
 /// All devices of all platforms, in the order that the ICD loader gives them; empty when there is none.
 [[nodiscard]] std::vector<DeviceInfo> list_devices();
 
+/// The stages that time is booked on; the names are those of Seconds.
+enum class Stage { plan, light_map, layers, pyramids, gather, bias };
+
+/// What a kernel has done so far: launches, work-items without padding, and seconds by events.
+struct KernelWork {
+  std::uint64_t launches = 0, items = 0;
+  double seconds = 0.0;
+};
+using KernelTable = std::map<std::pair<Stage, std::string>, KernelWork>;
+
 class Renderer {
  public:
   /// Plans and compiles for `scene` on the device that `selector` means: an index, a case-insensitive part of
@@ -37,7 +49,8 @@ class Renderer {
   void frame();
   /// Frames done so far.
   [[nodiscard]] std::uint32_t frames() const;
-  /// True after frames 1, 2, 3, 4, 6, 8, 12, 16, ...: when an estimate is due.
+  /// True after frames 1, 2, 3, 4, 6, 8, 12, 16, ..., when an estimate is due; of these not where the error can't yet
+  /// be below its target, going by the last estimate.
   [[nodiscard]] bool checkpoint() const;
   /// Gathers the image and estimates its relMSE (sampling error, blur included); negative when no pixel is covered
   /// fully, so that nothing is known. Waits.
@@ -46,6 +59,8 @@ class Renderer {
   Image image(std::size_t camera);
   /// What was done so far; call after the last image for final figures (load, total and stopped_by are the caller's).
   [[nodiscard]] const Statistics& statistics() const;
+  /// The same by stage and kernel, of all that has been waited for.
+  [[nodiscard]] const KernelTable& kernel_table() const;
   [[nodiscard]] const DeviceInfo& device() const;
 
  private:

@@ -43,26 +43,29 @@ struct Renderer::State {
   Plan plan;
   Passes passes;
   std::vector<kernels::View> cameras;
-  std::vector<cl::Buffer> camera_sums;  // with Gather::camera: of each tile of each view, over frames
   Statistics statistics;
   std::uint32_t frame = 0, epoch = 0;
-  std::uint32_t level = 0;  // of the pyramids, as shown by the last estimate
-  bool first_estimate = true;
+  std::uint32_t level = 0;         // of the pyramids, as shown by the last estimate
+  std::uint32_t estimated_at = 0;  // the frame of the last estimate
 
   std::uint64_t fallback_pixels = 0;  // of the last gather
   double direct_evaluations = 0.0;    // at pixels themselves
   std::uint32_t redraws = 0;          // of the light maps, after the first
   std::uint32_t unbuilt = 0;          // pyramid levels that nothing read
+  std::uint32_t undrawn = 0;          // views of the camera that were there already
 
   void prepare();
   void plan_layers();
+  void count_layers(std::size_t covered, std::size_t needed);
   void allocate_film();
-  void accumulate_cameras();
+  [[nodiscard]] LayerRange layers_of(std::size_t camera) const;
   void leave_out(const std::string& what, const std::string& why, const std::string& unit, double count);
   [[nodiscard]] std::uint32_t samples_per_frame() const;
   [[nodiscard]] std::uint32_t positions_of_estimate(std::size_t camera) const;
   /// Estimated relMSE of looking light up in layers, from some random pixels of the image whose halves these are.
   double bias_relmse(std::size_t camera, const Halves& image);
+  std::uint64_t gather_window(std::size_t camera, kernels::Window w, const std::vector<cl_uint>& levels,
+                              std::uint32_t positions);
   std::vector<Halves> gather_halves(std::size_t camera, const std::vector<cl_uint>& levels, std::uint32_t positions);
 };
 

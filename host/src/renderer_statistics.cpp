@@ -47,11 +47,14 @@ std::vector<std::string> Renderer::explanation() const {
       fmt::format("pass 1    {} light{}, two maps of {} x {} each, {}", s.plan.lights.size(),
                   s.plan.lights.size() == 1 ? "" : "s", s.settings.light_map_size, s.settings.light_map_size,
                   s.settings.light_map_shift ? fmt::format("redrawn every {} samples", redraw_samples) : "drawn once"));
+  const kernels::View& layer = s.passes.layers.views.front();
   lines.push_back(
-      fmt::format("pass 2    {} layers of {} x {}, {} texels read of {} covered, {} samples each a frame; "
-                  "{:.2f} % of the visible surface covered",
-                  t.layers_count, t.layers_size, t.layers_size, t.layers_texels_evaluated, t.layers_texels,
-                  s.samples_per_frame(), 100.0 * t.layers_covered));
+      fmt::format("pass 2    {} of {} x {}, {} texels read of {} covered, {} samples each a frame{}",
+                  s.plan.gather == Gather::camera ? "the cameras' own views" : fmt::format("{} layers", t.layers_count),
+                  layer.width, layer.height, t.layers_texels_evaluated, t.layers_texels, s.samples_per_frame(),
+                  s.plan.gather == Gather::camera
+                      ? ""
+                      : fmt::format("; {:.2f} % of the visible surface covered", 100.0 * t.layers_covered)));
   lines.push_back(s.plan.pyramids ? fmt::format("pass 3    {} levels", s.passes.layers.levels - 1) : "pass 3    none");
   lines.push_back(fmt::format("pass 4    {} view{} of {} x {}, {} subpixel positions", s.cameras.size(),
                               s.cameras.size() == 1 ? "" : "s", s.scene.film.x, s.scene.film.y, subpixel_positions));
@@ -63,6 +66,7 @@ std::vector<std::string> Renderer::explanation() const {
     lines.push_back(fmt::format("left out  {}: {}; saves {:.0f} {}{}", o.what, o.why, o.count, o.unit,
                                 o.unit == "evaluations" ? " a frame" : ""));
   for (const auto& [what, why] : {std::pair("light-map-redraws", "maps are redrawn only when a shift is due"),
+                                  std::pair("camera-redraws", "a camera's view that has been drawn is read again"),
                                   std::pair("pyramids", "levels are built only while the image reads them")})
     if (!kept(s.settings, what))
       lines.push_back(fmt::format("left out  {}: {}; saving counted while rendering", what, why));
@@ -92,6 +96,9 @@ const Statistics& Renderer::statistics() const {
   if (s.frame > s.redraws + 1)
     t.left_out.push_back({"light-map-redraws", "maps are redrawn only when a shift is due", "launches",
                           static_cast<double>(s.frame - 1 - s.redraws) * redraw_launches, false});
+  if (s.undrawn > 0)
+    t.left_out.push_back({"camera-redraws", "a camera's view that has been drawn is read again", "launches",
+                          static_cast<double>(s.undrawn) * 5, false});
   if (s.unbuilt > 0)
     t.left_out.push_back({"pyramids", "no pixel reads levels coarser than the one shown", "launches",
                           static_cast<double>(s.unbuilt), false});

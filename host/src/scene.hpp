@@ -104,8 +104,8 @@ struct Statistics {
   double bias_evaluations = 0.0;        ///< those that the bias was estimated from
   Seconds seconds;
   Seconds kernel_seconds;
-  std::uint32_t layers_count = 0, layers_size = 0;
-  double layers_covered = 0.0;
+  std::uint32_t layers_count = 0, layers_size = 0;  ///< size: texels along the longer side
+  double layers_covered = 0.0;  ///< of the surface seen from outside, or by the cameras whose own views the layers are
   std::uint64_t layers_texels = 0, layers_texels_evaluated = 0;
   std::uint64_t fallback_pixels = 0;
   std::uint64_t bytes_peak = 0;     ///< on the device

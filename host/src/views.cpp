@@ -15,7 +15,8 @@ kernels::float4 to_float4(glm::dvec3 v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0.0F};
 }
 
-constexpr double guard_pixels = 30000.0;  // the kernels' guard band is 2^15 pixels around the axis
+constexpr std::uint64_t largest_camera_layer = 1 << 20;  // texels
+constexpr double guard_pixels = 30000.0;                 // the kernels' guard band is 2^15 pixels around the axis
 
 }  // namespace
 
@@ -80,6 +81,17 @@ kernels::View pinhole_view(const Camera& camera, const ObjectSpace& space, glm::
   v.width = film.x;
   v.height = film.y;
   return v;
+}
+
+kernels::View camera_layer(kernels::View camera) {
+  while (std::uint64_t{camera.width} * camera.height > largest_camera_layer) {
+    camera.scale *= 0.5F;
+    camera.centre_x *= 0.5F;
+    camera.centre_y *= 0.5F;
+    camera.width = (camera.width + 1) / 2;
+    camera.height = (camera.height + 1) / 2;
+  }
+  return camera;
 }
 
 bool needs_clipping(const kernels::View& v) {

@@ -23,6 +23,9 @@ struct ObjectSpace {
 /// The pinhole view of a camera (world mm), near plane at 1e-4 of the distance to the object's centre.
 [[nodiscard]] kernels::View pinhole_view(const Camera& camera, const ObjectSpace& space, glm::uvec2 film);
 
+/// A camera's own view as a layer: the same, with sides halved until it has at most 2^20 texels.
+[[nodiscard]] kernels::View camera_layer(kernels::View camera);
+
 /// True when some triangle may need clipping: the object reaches the near plane or leaves the guard band.
 [[nodiscard]] bool needs_clipping(const kernels::View& pinhole);
 

@@ -17,7 +17,8 @@ constexpr float seen_cosine = 0.1F;                  // more edge-on than that c
 
 /// The cosine at which each view and, after it, the one opposite sees each point of the surface; 0 where it doesn't.
 std::vector<std::vector<float>> sight_of(Passes& p, const std::vector<kernels::View>& views, const SurfaceSight& s) {
-  const Geometry& g = p.geometry;
+  Geometry& g = p.geometry;
+  g.set_up.reset();  // corners take the records' place
   const cl::Buffer points = p.compute.upload(s.points);
   const cl_uint n = static_cast<cl_uint>(s.points.size() / 2);
   constexpr std::size_t pixels = std::size_t{candidate_size} * candidate_size;
@@ -103,7 +104,7 @@ double layer_coverage(Passes& p, const SurfaceSight& sight) {
   const cl::Buffer points = p.compute.upload(sight.points);
   cl::Buffer weights = p.compute.buffer<float>(n);
   p.compute.launch("gather_weight", n, Stage::plan, n, points, k.views_buffer, k.level_first_buffer, k.geometry,
-                   k.slots, k.count(), k.size, weights);
+                   k.slots, 0U, k.count(), weights);
   const std::vector<float> weight = p.compute.read<float>(weights, n);
   p.compute.release(weights);
   std::size_t visible = 0, covered = 0;
@@ -116,8 +117,10 @@ double layer_coverage(Passes& p, const SurfaceSight& sight) {
 
 double texels_per_pixel(const Layers& layers, const kernels::View& camera) {
   if (layers.views.empty()) return 0.0;
-  const double pixels_per_unit = camera.scale / std::hypot(camera.origin.x, camera.origin.y, camera.origin.z);
-  return layers.views.front().scale / std::max(pixels_per_unit, 1e-6);
+  const auto pixels_per_unit = [](const kernels::View& v) {
+    return v.near_distance > 0 ? v.scale / std::max(std::hypot(v.origin.x, v.origin.y, v.origin.z), 1e-6F) : v.scale;
+  };
+  return pixels_per_unit(layers.views.front()) / std::max<double>(pixels_per_unit(camera), 1e-6);
 }
 
 std::vector<cl_uint> covered_texels(Passes& p) {
@@ -133,7 +136,6 @@ std::vector<cl_uint> read_texels(Passes& p, const std::vector<kernels::View>& ca
   cl::Buffer marks = p.compute.buffer<cl_uint>(count);
   p.compute.fill(marks, 0, count);
   for (const kernels::View& view : cameras) {
-    setup_view(p, view, Stage::plan);
     const double texels = texels_per_pixel(p.layers, view);
     const auto positions = static_cast<std::uint32_t>(std::clamp(8.0 * std::ceil(texels * texels), 8.0, 64.0));
     for (kernels::Window w : tiles(film))
