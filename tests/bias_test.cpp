@@ -45,7 +45,7 @@ TEST(Bias, estimate_agrees_with_what_layers_add) {
   Settings settings = converging();
   settings.gather = Gather::camera;
   const Rendered direct = render(scene, settings, 32);
-  EXPECT_EQ(direct.statistics.estimated_bias_relmse, -1.0) << "nothing was looked up";
+  EXPECT_LT(direct.statistics.estimated_bias_relmse, 3e-3) << "texels as large as pixels";
   Bias before{};
   for (const std::uint32_t layer_size : {16U, 32U, 64U}) {
     const Bias bias = bias_of(scene, layer_size, direct.image);

@@ -256,8 +256,8 @@ TEST_F(CliTest, BenchLeavesOutWhatASceneDoesNotHave) {
   const Outcome camera = run(small_bench + "--gather camera --json");
   ASSERT_EQ(camera.code, 0) << camera.err;
   const nlohmann::json b = nlohmann::json::parse(camera.out);
-  ASSERT_EQ(b["passes"].size(), 2u);
-  EXPECT_EQ(b["passes"][1]["name"], "gather");
+  ASSERT_EQ(b["passes"].size(), 4u);
+  EXPECT_EQ(b["passes"][3]["name"], "gather");
   expect_error("bench", 2, "INPUT is required");
   expect_error("bench none.obj", 3, "none.obj");
   expect_error("bench tet.obj --frames 3", 2, "there is no option '--frames'");
@@ -265,7 +265,7 @@ TEST_F(CliTest, BenchLeavesOutWhatASceneDoesNotHave) {
 }
 
 TEST_F(CliTest, ExplainsThePlanWithoutRendering) {
-  const Outcome plan = run(small + "--dry-run --keep clipping");
+  const Outcome plan = run(small + "--dry-run --gather layers --keep clipping");
   EXPECT_EQ(plan.code, 0) << plan.err;
   EXPECT_NE(plan.out.find("unread-texels"), std::string::npos) << plan.out;
   EXPECT_EQ(plan.out.find("left out  clipping"), std::string::npos) << plan.out;

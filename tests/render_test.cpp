@@ -275,7 +275,7 @@ TEST(Render, looking_in_between_changes_nothing) {
   EXPECT_TRUE(same_bits(seen, unseen)) << difference(seen, unseen);
 }
 
-// With Gather::camera every view has sums of its own, whatever else is drawn between its frames.
+// With Gather::camera every view is a layer of its own, whatever else is drawn between its frames.
 TEST(Render, views_by_camera_are_as_each_alone) {
   Scene scene = marble_torus();
   Camera second = scene.cameras[0];

@@ -79,6 +79,7 @@ inline Settings small_settings() {
   settings.layers = 12;
   settings.layer_size = 64;
   settings.light_map_size = 128;
+  settings.gather = Gather::layers;
   settings.error = 0.0;
   return settings;
 }

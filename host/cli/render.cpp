@@ -101,16 +101,21 @@ std::string render_frames(Renderer& renderer, const Settings& settings, Progress
   int below = 0;
   for (;;) {
     renderer.frame();
-    if (renderer.checkpoint()) {
+    const bool estimated = renderer.checkpoint();
+    if (estimated) {
       error = renderer.estimate();
       below = error >= 0 && error < settings.error ? below + 1 : 0;
     }
     const double seconds = clock.seconds();
     progress.update(renderer.frames(), error, seconds);
     if (below >= checkpoints_below) return "error";
-    if (interrupted()) return "interrupt";
-    if (renderer.frames() >= settings.frames) return "frames";
-    if (settings.time > 0 && seconds >= settings.time) return "time";
+    const char* stopped_by = interrupted()                                   ? "interrupt"
+                             : renderer.frames() >= settings.frames          ? "frames"
+                             : settings.time > 0 && seconds >= settings.time ? "time"
+                                                                             : nullptr;
+    if (!stopped_by) continue;
+    if (!estimated) renderer.estimate();  // so that the pictures show the pyramid level that is best now
+    return stopped_by;
   }
 }
 

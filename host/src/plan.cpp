@@ -163,14 +163,16 @@ std::pair<std::uint64_t, glm::uvec2> planned_layers(const Plan& plan, const Scen
   return {scene.cameras.size(), {view.width, view.height}};
 }
 
-/// The cameras' own views are layers like any others, and need no others while they have no more texels than these.
+/// The cameras' own views are layers like any others, and need no others while they have neither larger texels nor more
+/// of them.
 void plan_gather(Plan& plan, const Scene& scene, const Settings& settings) {
   plan.gather = settings.gather;
   if (settings.gather != Gather::automatic) return;
   plan.gather = Gather::camera;
   const auto [count, film] = planned_layers(plan, scene, settings);
   const std::uint64_t texels = std::uint64_t{settings.layer_size} * settings.layer_size * settings.layers;
-  if (kept(settings, "layers") || count * film.x * film.y > texels)
+  const bool coarser = std::min(film.x, film.y) < settings.layer_size;
+  if (kept(settings, "layers") || coarser || count * film.x * film.y > texels)
     plan.gather = Gather::layers;
   else
     plan.left_out.push_back({"layers", "the cameras' own views are all the layers that they need", "layers",

@@ -277,7 +277,7 @@ double Renderer::estimate() {
 
 Image Renderer::image(std::size_t camera) {
   State& s = *state_;
-  if (s.estimated_at != s.frame) estimate();  // which pyramid level to show
+  if (s.estimated_at == 0) estimate();  // which pyramid level to show
   return with_device_errors(s.compute.info(), [&] {
     std::vector<cl_uint> levels;
     if (s.level > 0) levels.push_back(s.level);

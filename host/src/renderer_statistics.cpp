@@ -13,12 +13,15 @@ namespace {
 
 constexpr double fall_of_bias = 7.0;  // of its relMSE when layers are doubled in size: the least of what was measured
 
-std::string bias_warning(double bias, const Settings& settings) {
+std::string bias_warning(double bias, const Settings& settings, Gather gather) {
   const double doublings = std::ceil(std::log(bias / settings.error) / std::log(fall_of_bias));
+  const std::string remedy = gather == Gather::camera
+                                 ? "--gather layers, or a larger --size,"
+                                 : fmt::format("--layer-size {:.0f}", settings.layer_size * std::exp2(doublings));
   return fmt::format(
       "looking light up in layers adds a relMSE of about {:.2g}, above --error {:g}, that more frames don't remove; "
-      "--layer-size {:.0f} would",
-      bias, settings.error, settings.layer_size * std::exp2(doublings));
+      "{} would",
+      bias, settings.error, remedy);
 }
 
 }  // namespace
@@ -84,7 +87,7 @@ const Statistics& Renderer::statistics() const {
     t.warnings.push_back(
         "some values were not finite or negative and were set to 0: the device or its driver computes wrongly");
   if (s.settings.error > 0 && t.estimated_bias_relmse > s.settings.error)
-    t.warnings.push_back(bias_warning(t.estimated_bias_relmse, s.settings));
+    t.warnings.push_back(bias_warning(t.estimated_bias_relmse, s.settings, s.plan.gather));
   t.left_out = s.plan.left_out;
   for (Omission& o : t.left_out) {
     if (o.what == "equal-channels" || o.what == "black-channels")

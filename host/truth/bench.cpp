@@ -150,12 +150,10 @@ class Accounts {
   [[nodiscard]] BenchPass gather() const {
     BenchPass pass = start("gather", Stage::gather, &Seconds::gather);
     add_raster(pass, Stage::gather);
-    if (settings_.gather != Gather::camera) {
-      const double pixels = runs_.back().covered;
-      const double operations = costs::gather_pixel.operations + statistics_.layers_count * costs::gather_layer;
-      add(pass, Stage::gather, "look-ups", "pixels", {"gather_pixels"}, pixels,
-          {pixels * operations, pixels * costs::gather_pixel.bytes});
-    }
+    const double pixels = runs_.back().covered;
+    const double operations = costs::gather_pixel.operations + statistics_.layers_count * costs::gather_layer;
+    add(pass, Stage::gather, "look-ups", "pixels", {"gather_pixels"}, pixels,
+        {pixels * operations, pixels * costs::gather_pixel.bytes});
     add_evaluations(pass, Stage::gather, "at pixels", {"gather_points", "layers_accumulate", "gather_direct"});
     return pass;
   }
@@ -245,7 +243,7 @@ Bench bench(const Scene& scene, const Settings& settings, const std::string& sel
   Scene one = scene;
   one.cameras.resize(1);
   Settings every = settings;
-  every.keep.insert({"light-map-redraws", "pyramids"});  // so that each frame has each pass
+  every.keep.insert({"light-map-redraws", "pyramids", "interior-positions"});  // so that each frame has each pass
   Bench result;
   result.runs = runs;
   result.peak = measure_peak(selector, runs);
