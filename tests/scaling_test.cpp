@@ -40,7 +40,7 @@ TEST(Scaling, QuickRun) {
   EXPECT_TRUE(svg.starts_with("<svg ")) << svg.substr(0, 80);
   EXPECT_TRUE(svg.ends_with("</svg>\n"));
   EXPECT_EQ(count(svg, "<circle "), 6U);
-  for (const char* word : {">triangles<", ">lights, sharing 128 samples<", ">threads<", ">whole run<"})
+  for (const char* word : {">triangles<", ">lights, which share 128 samples<", ">threads<", ">whole run<"})
     EXPECT_EQ(count(svg, word), 1U) << word;
 }
 

@@ -17,7 +17,8 @@ constexpr float seen_cosine = 0.1F;                  // more edge-on than that c
 
 /// The cosine at which each view and, after it, the one opposite sees each point of the surface; 0 where it doesn't.
 std::vector<std::vector<float>> sight_of(Passes& p, const std::vector<kernels::View>& views, const SurfaceSight& s) {
-  const Geometry& g = p.geometry;
+  Geometry& g = p.geometry;
+  g.set_up.reset();  // corners take the records' place
   const cl::Buffer points = p.compute.upload(s.points);
   const cl_uint n = static_cast<cl_uint>(s.points.size() / 2);
   constexpr std::size_t pixels = std::size_t{candidate_size} * candidate_size;
