@@ -294,3 +294,17 @@ __kernel void gather_direct(const uint first, const uint n_points, __global cons
     film[pixel + 1].xyz += factor * values[2 * item + 1].xyz;
   }
 }
+
+// The film as an image in its owner's buffer: means of both halves, premultiplied by alpha = coverage. `gain` is the
+// lights' colour and the exposure; what isn't a number or below 0 counts as 0.
+__kernel void gather_image(const Window window, __global const float4* restrict film, const float4 gain,
+                           const float per_position, const uint first, const uint pitch,
+                           __global float4* restrict image) {
+  const uint i = (uint)get_global_id(0);
+  if (i >= window.width * window.height) return;
+  const float4 a = film[2 * i], b = film[2 * i + 1];
+  const float3 light = (a.xyz + b.xyz) * (0.5f * per_position) * gain.xyz;
+  const float3 sound = select((float3)(0.0f), light, isgreater(light, (float3)(0.0f)) & isless(light, (float3)(FLT_MAX)));
+  const size_t x = window.x + i % window.width, y = window.y + i / window.width;
+  image[first + y * pitch + x] = (float4)(sound, a.w * per_position);
+}

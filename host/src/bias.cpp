@@ -37,7 +37,7 @@ double Renderer::State::bias_relmse(std::size_t camera, const Halves& image) {
   d.a.resize(d.pixels.size());
   d.b.resize(d.pixels.size());
   const std::uint32_t rounds = (frame + positions - 1) / positions;  // as many samples as a texel has had
-  for (kernels::Window w : tiles(scene.film)) {
+  for (kernels::Window w : tiles(scene.film, plan.window)) {
     std::vector<std::size_t> inside;  // of d.pixels
     std::vector<cl_uint> in_window;
     for (std::size_t i = 0; i < d.pixels.size(); ++i) {
@@ -66,8 +66,8 @@ double Renderer::State::bias_relmse(std::size_t camera, const Halves& image) {
     const std::vector<kernels::float4> sums = compute.read<kernels::float4>(passes.film.sums, pixels * 2);
     for (std::size_t i = 0; i < inside.size(); ++i) {
       const kernels::float4 a = sums[2 * in_window[i]], b = sums[2 * in_window[i] + 1];
-      d.a[inside[i]] = glm::vec3(a.x, a.y, a.z) / static_cast<float>(positions);
-      d.b[inside[i]] = glm::vec3(b.x, b.y, b.z) / static_cast<float>(positions);
+      d.a[inside[i]] = glm::vec3(a.x, a.y, a.z) * glm::vec3(colour / static_cast<double>(positions));
+      d.b[inside[i]] = glm::vec3(b.x, b.y, b.z) * glm::vec3(colour / static_cast<double>(positions));
     }
   }
   compute.finish();

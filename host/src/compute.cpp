@@ -116,45 +116,151 @@ std::string describe_cl_error(const cl::Error& error) {
 
 Compute::Compute(const std::string& selector) {
   std::tie(info_, device_) = pick(selector);
+  with_device_errors(info_, [&] { context_ = cl::Context(device_); });
+  use(nullptr, {});
+}
+
+Compute::Compute(cl_context context, cl_device_id device) {
+  try {
+    context_ = cl::Context(context, true);
+    device_ = cl::Device(device, true);
+    info_ = describe(cl::Platform(device_.getInfo<CL_DEVICE_PLATFORM>()), device_);
+    const std::vector<cl::Device> devices = context_.getInfo<CL_CONTEXT_DEVICES>();
+    if (std::none_of(devices.begin(), devices.end(), [&](const cl::Device& d) { return d() == device; }))
+      throw Error(ErrorKind::usage, "device: '" + info_.name + "' isn't a device of the context; give one that is");
+  } catch (const cl::Error& e) {
+    throw Error(ErrorKind::usage, "context or device: OpenCL doesn't know them (" + describe_cl_error(e) + ")", e.err());
+  }
+}
+
+void Compute::use(cl_command_queue queue, std::vector<cl::Event> wait) {
   with_device_errors(info_, [&] {
-    context_ = cl::Context(device_);
-    queue_ = cl::CommandQueue(context_, device_, CL_QUEUE_PROFILING_ENABLE);
+    if (queue) {
+      queue_ = cl::CommandQueue(queue, true);
+      if (queue_.getInfo<CL_QUEUE_CONTEXT>()() != context_())
+        throw Error(ErrorKind::usage, "queue: it is of another context than the renderer; create it in that one");
+      if (queue_.getInfo<CL_QUEUE_DEVICE>()() != device_())
+        throw Error(ErrorKind::usage, "queue: it is of another device than the renderer's '" + info_.name + "'");
+    } else {
+      if (!own_queue_()) own_queue_ = cl::CommandQueue(context_, device_, CL_QUEUE_PROFILING_ENABLE);
+      queue_ = own_queue_;
+    }
+    for (const cl::Event& event : wait)
+      if (event.getInfo<CL_EVENT_CONTEXT>()() != context_())
+        throw Error(ErrorKind::usage, "wait list: an event is of another context than the renderer");
+    profiling_ = (queue_.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_PROFILING_ENABLE) != 0;
+    after_.insert(after_.end(), std::make_move_iterator(wait.begin()), std::make_move_iterator(wait.end()));
+    book(false);
   });
 }
 
+cl::Event Compute::submit() {
+  if (after_.size() != 1)
+    chain([&](const auto* after, cl::Event* event) { queue_.enqueueMarkerWithWaitList(after, event); });
+  queue_.flush();
+  return after_.front();
+}
+
+void Compute::take_scratch(const cl::Buffer& scratch) { scratch_ = scratch; }
+
 void Compute::build(const std::string& options, const std::string& program) {
+  if (options == built_ && program == built_from_) return;
   with_device_errors(info_, [&] {
+    built_from_.clear();
+    kernels_.clear();
     program_ = cl::Program(context_, program);
     try {
       program_.build(device_, options.c_str());
-    } catch (const cl::Error&) {
+    } catch (const cl::Error& e) {
+      if (e.err() != CL_BUILD_PROGRAM_FAILURE) throw;
       const std::string log = program_.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device_);
       const std::size_t at = log.find("error"), begin = at == std::string::npos ? 0 : log.rfind('\n', at) + 1;
       throw Error(ErrorKind::device, info_.name + ": the kernels don't compile (" +
                                          log.substr(begin, log.find('\n', std::max(at, begin)) - begin) +
                                          "); update the driver or choose another with --device");
     }
+    built_ = options;
+    built_from_ = program;
   });
 }
 
 cl::Buffer Compute::allocate(std::size_t bytes) {
-  cl::Buffer b(context_, CL_MEM_READ_WRITE, bytes);
+  cl::Buffer b = scratch_() ? part_of_scratch(bytes) : cl::Buffer(context_, CL_MEM_READ_WRITE, bytes);
   bytes_ += bytes;
   peak_ = std::max(peak_, bytes_);
   return b;
 }
 
+/// The first gap that is large enough.
+cl::Buffer Compute::part_of_scratch(std::size_t bytes) {
+  const std::size_t align = device_.getInfo<CL_DEVICE_MEM_BASE_ADDR_ALIGN>() / 8;
+  std::size_t begin = 0;
+  auto next = parts_.begin();
+  for (; next != parts_.end() && next->begin < begin + bytes; ++next) begin = (next->end + align - 1) / align * align;
+  const std::size_t size = scratch_.getInfo<CL_MEM_SIZE>();
+  if (begin + bytes > size)
+    throw Error(ErrorKind::device,
+                "scratch buffer: it has " + std::to_string(size) + " bytes and needs " + std::to_string(begin + bytes) +
+                    " by now; ask for its size again after every change of the scene",
+                CL_MEM_OBJECT_ALLOCATION_FAILURE);
+  const cl_buffer_region region{begin, bytes};
+  cl::Buffer b = scratch_.createSubBuffer(CL_MEM_READ_WRITE, CL_BUFFER_CREATE_TYPE_REGION, &region);
+  parts_.insert(next, {begin, begin + bytes, b()});
+  return b;
+}
+
 void Compute::release(cl::Buffer& b) {
   if (b()) bytes_ -= b.getInfo<CL_MEM_SIZE>();
+  parts_.erase(std::remove_if(parts_.begin(), parts_.end(), [&](const Part& p) { return p.buffer == b(); }),
+               parts_.end());
   b = cl::Buffer();
 }
 
-void Compute::fill(const cl::Buffer& b, cl_uint value, std::size_t words) {
-  if (words) queue_.enqueueFillBuffer(b, value, 0, words * sizeof(cl_uint));
+void Compute::release_all() {
+  if (!after_.empty()) {
+    try {
+      cl::Event::waitForEvents(after_);
+    } catch (const cl::Error&) {
+      // Whatever failed has been said, or will be by the next command.
+    }
+  }
+  after_.clear();
+  running_.clear();
+  parts_.clear();
+  limits_.clear();
+  bytes_ = 0;
 }
 
-void Compute::copy(const cl::Buffer& from, const cl::Buffer& to, std::size_t words) {
-  if (words) queue_.enqueueCopyBuffer(from, to, 0, 0, words * sizeof(cl_uint));
+void Compute::transfer(const cl::Buffer& b, bool to_device, std::size_t offset, std::size_t bytes, void* host) {
+  chain([&](const auto* after, cl::Event* event) {
+    if (to_device)
+      queue_.enqueueWriteBuffer(b, CL_TRUE, offset, bytes, host, after, event);
+    else
+      queue_.enqueueReadBuffer(b, CL_TRUE, offset, bytes, host, after, event);
+  });
+  after_.clear();  // done
+}
+
+void Compute::assign_patterns(const cl::Buffer& b, const std::vector<Pattern>& patterns) {
+  for (std::size_t i = 0; i < patterns.size(); ++i)
+    chain([&](const auto* after, cl::Event* event) {
+      const cl_uint4 pattern{{patterns[i][0], patterns[i][1], patterns[i][2], patterns[i][3]}};
+      queue_.enqueueFillBuffer(b, pattern, i * sizeof pattern, sizeof pattern, after, event);
+    });
+}
+
+void Compute::fill(const cl::Buffer& b, cl_uint value, std::size_t words) {
+  if (words == 0) return;
+  chain([&](const auto* after, cl::Event* event) {
+    queue_.enqueueFillBuffer(b, value, 0, words * sizeof(cl_uint), after, event);
+  });
+}
+
+void Compute::copy(const cl::Buffer& from, const cl::Buffer& to, std::size_t words, std::size_t from_word) {
+  if (words == 0) return;
+  chain([&](const auto* after, cl::Event* event) {
+    queue_.enqueueCopyBuffer(from, to, from_word * sizeof(cl_uint), 0, words * sizeof(cl_uint), after, event);
+  });
 }
 
 cl::Kernel& Compute::kernel(const char* name) {
@@ -164,16 +270,25 @@ cl::Kernel& Compute::kernel(const char* name) {
 }
 
 void Compute::enqueue(const char* name, const cl::Kernel& kernel, std::size_t items, Stage stage) {
+  if (cancelled_ && cancelled_()) throw Cancelled();
   const std::size_t global = (items + local_size - 1) / local_size * local_size;
-  cl::Event event;
-  queue_.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(local_size), nullptr, &event);
-  running_.push_back({std::move(event), stage, name, items});
-  if (running_.size() >= 4096) finish();
+  const auto limit = limits_.find(name);
+  const std::size_t piece = limit == limits_.end() ? global : limit->second / local_size * local_size;
+  for (std::size_t first = 0; first < global; first += piece) {
+    const std::size_t n = std::min(piece, global - first);
+    cl::Event done = chain([&](const auto* after, cl::Event* event) {
+      queue_.enqueueNDRangeKernel(kernel, first ? cl::NDRange(first) : cl::NullRange, cl::NDRange(n),
+                                  cl::NDRange(local_size), after, event);
+    });
+    if (profiling_) running_.push_back({std::move(done), stage, name, std::min(n, items - first)});
+  }
+  if (running_.size() >= 4096) book(false);
 }
 
-void Compute::finish() {
-  queue_.finish();
-  for (const Running& r : running_) {
+void Compute::book(bool all) {
+  for (; !running_.empty(); running_.pop_front()) {
+    const Running& r = running_.front();
+    if (!all && r.event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() > CL_COMPLETE) return;
     const cl_ulong begin = r.event.getProfilingInfo<CL_PROFILING_COMMAND_START>();
     const cl_ulong end = r.event.getProfilingInfo<CL_PROFILING_COMMAND_END>();
     const double seconds = 1e-9 * static_cast<double>(end - begin);
@@ -183,7 +298,12 @@ void Compute::finish() {
     work.items += r.items;
     work.seconds += seconds;
   }
-  running_.clear();
+}
+
+void Compute::finish() {
+  if (!after_.empty()) cl::Event::waitForEvents(after_);
+  after_.clear();
+  book(true);
 }
 
 }  // namespace parian

@@ -2,6 +2,10 @@
 #pragma once
 #include <CL/opencl.hpp>
 #include <algorithm>
+#include <array>
+#include <cstring>
+#include <deque>
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -13,13 +17,31 @@
 
 namespace parian {
 
+/// Thrown between commands when the caller's callback wants no more.
+struct Cancelled {};
+
 class Compute {
  public:
   static constexpr std::size_t local_size = 64;  ///< of every launch: drivers compile each size anew
 
   /// Opens the device that `selector` means, as Renderer describes it.
   explicit Compute(const std::string& selector);
-  /// Compiles `program`, which only tests change, with `options`. Throws Error(device) with the compiler's first error.
+  /// The caller's context, which is retained, and a device of it.
+  Compute(cl_context context, cl_device_id device);
+
+  /// Where commands go from now on: a queue of this context and device, or one of its own if null. The first waits for
+  /// `wait`; each waits for the one before, whatever queue that was on, so that out-of-order queues are as good as
+  /// others. Throws Error(usage) where queue or events are another context's.
+  void use(cl_command_queue queue, std::vector<cl::Event> wait);
+  /// Flushes the queue; then the event that completes when everything enqueued has.
+  [[nodiscard]] cl::Event submit();
+  /// Asked before each launch; true throws Cancelled.
+  void ask(std::function<bool()> cancelled) { cancelled_ = std::move(cancelled); }
+  /// From now on, buffers are parts of this one; none may be in use.
+  void take_scratch(const cl::Buffer& scratch);
+
+  /// Compiles `program`, which only tests change, with `options`, unless it's there. Throws Error(device) with the
+  /// compiler's first error.
   void build(const std::string& options, const std::string& program = kernel_sources);
 
   template <class T>
@@ -32,22 +54,34 @@ class Compute {
     write(b, data);
     return b;
   }
+  /// Waits.
   template <class T>
   void write(const cl::Buffer& b, const std::vector<T>& data, std::size_t first = 0) {
-    if (!data.empty()) queue_.enqueueWriteBuffer(b, CL_TRUE, first * sizeof(T), data.size() * sizeof(T), data.data());
+    if (!data.empty()) transfer(b, true, first * sizeof(T), data.size() * sizeof(T), const_cast<T*>(data.data()));
   }
+  /// Waits.
   template <class T>
   [[nodiscard]] std::vector<T> read(const cl::Buffer& b, std::size_t count, std::size_t first = 0) {
     std::vector<T> data(count);
-    if (count) queue_.enqueueReadBuffer(b, CL_TRUE, first * sizeof(T), count * sizeof(T), data.data());
+    if (count) transfer(b, false, first * sizeof(T), count * sizeof(T), data.data());
     return data;
+  }
+  /// Writes a few structs of 16 n bytes without waiting: as patterns, which OpenCL copies.
+  template <class T>
+  void assign(const cl::Buffer& b, const std::vector<T>& data) {
+    static_assert(sizeof(T) % sizeof(Pattern) == 0);
+    std::vector<Pattern> patterns(data.size() * sizeof(T) / sizeof(Pattern));
+    std::memcpy(patterns.data(), data.data(), data.size() * sizeof(T));
+    assign_patterns(b, patterns);
   }
   /// Fills with the 32-bit pattern `value`.
   void fill(const cl::Buffer& b, cl_uint value, std::size_t words);
-  /// Copies the first words of a buffer to another.
-  void copy(const cl::Buffer& from, const cl::Buffer& to, std::size_t words);
+  /// Copies the first words of a buffer to another, `from_word` being where they start.
+  void copy(const cl::Buffer& from, const cl::Buffer& to, std::size_t words, std::size_t from_word = 0);
   /// Gives a buffer back before its owner ends.
   void release(cl::Buffer& b);
+  /// The owner of all buffers ends: waits for what uses them, and counts anew.
+  void release_all();
 
   /// Enqueues `items` work-items of a kernel, padded to whole work-groups; nothing when there are none.
   template <class... Args>
@@ -58,18 +92,35 @@ class Compute {
     (kernel.setArg(i++, args), ...);
     enqueue(name, kernel, items, stage);
   }
+  /// Launches of a kernel are cut into pieces of so many work-items: short ones, so that no watchdog fires.
+  void limit(const std::string& kernel, std::size_t items) { limits_[kernel] = std::max(items, local_size); }
   /// Waits for everything, and books kernel times.
   void finish();
 
   [[nodiscard]] const DeviceInfo& info() const { return info_; }
+  [[nodiscard]] const cl::Context& context() const { return context_; }
+  [[nodiscard]] const cl::Device& device() const { return device_; }
   [[nodiscard]] const std::map<Stage, double>& kernel_seconds() const { return seconds_; }
   [[nodiscard]] const KernelTable& kernel_table() const { return table_; }
   [[nodiscard]] std::uint64_t bytes_peak() const { return peak_; }
 
  private:
+  using Pattern = std::array<cl_uint, 4>;
   cl::Buffer allocate(std::size_t bytes);
+  cl::Buffer part_of_scratch(std::size_t bytes);
   cl::Kernel& kernel(const char* name);
+  void transfer(const cl::Buffer& b, bool to_device, std::size_t offset, std::size_t bytes, void* host);
+  void assign_patterns(const cl::Buffer& b, const std::vector<Pattern>& patterns);
   void enqueue(const char* name, const cl::Kernel& kernel, std::size_t items, Stage stage);
+  /// Calls `command` with the events to wait for and the event to make, which the next command waits for.
+  template <class F>
+  cl::Event chain(F&& command) {
+    cl::Event event;
+    command(after_.empty() ? nullptr : &after_, &event);
+    after_.assign(1, event);
+    return event;
+  }
+  void book(bool all);
 
   struct Running {
     cl::Event event;
@@ -77,14 +128,25 @@ class Compute {
     std::string kernel;
     std::size_t items;
   };
+  struct Part {  // of the scratch buffer, in use
+    std::size_t begin, end;
+    cl_mem buffer;
+  };
 
   DeviceInfo info_;
   cl::Device device_;
   cl::Context context_;
-  cl::CommandQueue queue_;
+  cl::CommandQueue own_queue_, queue_;
+  bool profiling_ = false;  // of queue_
+  std::vector<cl::Event> after_;
+  std::function<bool()> cancelled_;
   cl::Program program_;
+  std::string built_, built_from_;
   std::map<std::string, cl::Kernel> kernels_;
-  std::vector<Running> running_;
+  std::map<std::string, std::size_t> limits_;
+  cl::Buffer scratch_;
+  std::vector<Part> parts_;
+  std::deque<Running> running_;
   std::map<Stage, double> seconds_;
   KernelTable table_;
   std::uint64_t bytes_ = 0, peak_ = 0;
@@ -101,7 +163,7 @@ decltype(auto) with_device_errors(const DeviceInfo& info, F&& f) {
   try {
     return f();
   } catch (const cl::Error& e) {
-    throw Error(ErrorKind::device, info.name + ": " + describe_cl_error(e));
+    throw Error(ErrorKind::device, info.name + ": " + describe_cl_error(e), e.err());
   }
 }
 

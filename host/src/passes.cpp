@@ -33,27 +33,6 @@ glm::ivec2 subpixel_position(std::uint32_t i, std::uint32_t start) {
   return i % 2 == 0 ? position : 256 - position;
 }
 
-void upload_geometry(Passes& p, const Mesh& mesh) {
-  std::vector<kernels::float4> positions;
-  positions.reserve(mesh.positions.size());
-  for (const glm::dvec3& x : mesh.positions) {
-    const glm::vec3 o((x - p.plan.space.centre) / p.plan.space.radius);
-    positions.push_back({o.x, o.y, o.z, 1.0F});
-  }
-  static_assert(sizeof(glm::uvec3) == 3 * sizeof(cl_uint) && sizeof(glm::vec3) == 3 * sizeof(float));
-  Geometry& g = p.geometry;
-  g.positions = p.compute.upload(positions);
-  g.triangles = p.compute.upload(mesh.triangles);
-  g.normals = p.compute.upload(mesh.normals);
-  g.n_positions = static_cast<cl_uint>(mesh.positions.size());
-  g.n_triangles = static_cast<cl_uint>(mesh.triangles.size());
-  g.n_records = g.n_triangles * p.plan.slots;
-  g.records = p.compute.buffer<kernels::RasterTriangle>(std::max(
-      std::size_t{g.n_records}, g.n_positions * sizeof(cl_int4) / sizeof(kernels::RasterTriangle) + 1));  // or corners
-  g.large = p.compute.buffer<cl_uint>(g.n_records);
-  g.n_large = p.compute.buffer<cl_uint>(1);
-}
-
 void setup_view(Passes& p, const kernels::View& view, Stage stage) {
   Geometry& g = p.geometry;
   if (g.set_up && std::memcmp(&*g.set_up, &view, sizeof view) == 0) return;  // the records are this view's
@@ -125,12 +104,11 @@ void draw_light_maps(Passes& p, std::uint32_t epoch, bool shift) {
       p.compute.launch("light_map_extent_up", std::size_t{(size + 1) / 2} * ((size + 1) / 2), Stage::light_map, size,
                        light.extent + first[level - 1], light.extent + first[level], m.extent);
   }
-  p.compute.write(m.lights_buffer, m.lights);
+  p.compute.assign(m.lights_buffer, m.lights);
 }
 
 void make_layers(Passes& p, const std::vector<kernels::View>& views, bool pyramids) {
   Layers& k = p.layers;
-  const Geometry& g = p.geometry;
   k.views = views;
   const glm::uvec2 film(views.front().width, views.front().height);
   k.level_first = mip_offsets(film, k.count());
@@ -143,20 +121,27 @@ void make_layers(Passes& p, const std::vector<kernels::View>& views, bool pyrami
   k.ids = p.compute.buffer<cl_uint>(std::size_t{texels} * views.size());
   k.geometry = p.compute.buffer<kernels::float4>(k.level_first.back());
   k.slots = p.compute.buffer<cl_uint>(k.level_first.back());
-  cl::Buffer ids = p.compute.buffer<cl_uint>(texels);
+  k.view_ids = p.compute.buffer<cl_uint>(texels);
+  draw_layers(p);
+}
+
+void draw_layers(Passes& p) {
+  const Geometry& g = p.geometry;
+  Layers& k = p.layers;
+  const cl_uint texels = k.views.front().width * k.views.front().height;
   for (cl_uint layer = 0; layer < k.count(); ++layer) {
-    setup_view(p, views[layer], Stage::layers);
-    draw(p, whole(views[layer]), k.depth, &ids, Stage::layers);
-    p.compute.launch("layers_resolve", texels, Stage::layers, views[layer], ids, g.positions, g.triangles, g.normals,
-                     layer * texels, k.ids, k.geometry, k.slots);
+    setup_view(p, k.views[layer], Stage::layers);
+    draw(p, whole(k.views[layer]), k.depth, &k.view_ids, Stage::layers);
+    p.compute.launch("layers_resolve", texels, Stage::layers, k.views[layer], k.view_ids, g.positions, g.triangles,
+                     g.normals, layer * texels, k.ids, k.geometry, k.slots);
   }
-  p.compute.release(ids);
 }
 
 void release_layers(Passes& p) {
   Layers& k = p.layers;
   p.compute.finish();
-  for (cl::Buffer* b : {&k.views_buffer, &k.level_first_buffer, &k.depth, &k.ids, &k.geometry, &k.slots})
+  for (cl::Buffer* b :
+       {&k.views_buffer, &k.level_first_buffer, &k.depth, &k.view_ids, &k.ids, &k.geometry, &k.slots})
     p.compute.release(*b);
   k = {};
 }
@@ -169,43 +154,74 @@ void mark_needed(Passes& p, const kernels::View& view, const kernels::Window& wi
                    g.normals, k.views_buffer, k.level_first_buffer, k.geometry, k.slots, 0U, k.count(), marks);
 }
 
+void allocate_points(Passes& p, std::size_t count) {
+  Layers& k = p.layers;
+  const std::size_t lights = p.light_maps.lights.size(), coarse = k.level_first.back() - k.level_first[1];
+  k.n_points = static_cast<cl_uint>(count);
+  k.n_listed = p.compute.buffer<cl_uint>(1);
+  k.needed = p.compute.buffer<cl_uint>(count);
+  k.points = p.compute.buffer<kernels::float4>(2 * count);
+  k.centres = p.compute.buffer<kernels::float4>(lights * count);
+  k.values = p.compute.buffer<kernels::float4>(2 * (count + coarse));
+}
+
 void set_needed(Passes& p, const std::vector<cl_uint>& needed) {
   Layers& k = p.layers;
-  const Geometry& g = p.geometry;
-  const LightMaps& m = p.light_maps;
-  k.n_points = static_cast<cl_uint>(needed.size());
+  allocate_points(p, needed.size());
   std::vector<cl_uint> slots(k.level_first[1], NO_TRIANGLE);
   for (cl_uint i = 0; i < k.n_points; ++i) slots[needed[i]] = i;
   p.compute.write(k.slots, slots);
-  cl::Buffer list = p.compute.upload(needed);
-  k.points = p.compute.buffer<kernels::float4>(2 * needed.size());
-  k.centres = p.compute.buffer<kernels::float4>(m.lights.size() * needed.size());
-  k.values = p.compute.buffer<kernels::float4>(2 * (needed.size() + k.level_first.back() - k.level_first[1]));
-  p.compute.launch("layers_points", k.n_points, Stage::layers, k.views_buffer, k.n_points, list, k.ids, g.positions,
-                   g.triangles, g.normals, m.lights_buffer, m.map, p.plan.boundary, p.plan.density.parameters, p.rho,
-                   m.extent, m.level_first, m.levels, n_lights(p), k.points, k.centres);
+  p.compute.write(k.needed, needed);
+  p.compute.fill(k.n_listed, k.n_points, 1);
+  find_centres(p);
   p.compute.finish();
-  p.compute.release(list);
-  p.compute.release(k.ids);
+  for (cl::Buffer* b : {&k.needed, &k.ids, &k.view_ids}) p.compute.release(*b);
+}
+
+void list_covered(Passes& p) {
+  const Layers& k = p.layers;
+  p.compute.fill(k.n_listed, 0, 1);
+  p.compute.launch("layers_list", k.level_first[1], Stage::layers, k.level_first[1], k.slots, k.n_listed, k.needed);
+}
+
+void find_centres(Passes& p) {
+  const Layers& k = p.layers;
+  const Geometry& g = p.geometry;
+  const LightMaps& m = p.light_maps;
+  p.compute.launch("layers_points", k.n_points, Stage::layers, k.views_buffer, k.n_points, k.n_listed, k.needed, k.ids,
+                   g.positions, g.triangles, g.normals, m.lights_buffer, m.map, p.plan.boundary,
+                   p.plan.density.parameters, p.rho, m.extent, m.level_first, m.levels, n_lights(p), k.points,
+                   k.centres);
 }
 
 namespace {
 
-void launch_accumulate(Passes& p, cl_uint n, const cl::Buffer& points, const cl::Buffer& centres, std::uint32_t round,
-                       std::uint32_t rounds, cl_uint add, const cl::Buffer& values, Stage stage) {
-  const std::size_t items =
-      p.plan.lanes == 1 ? std::size_t{2} * n : (n + POINTS_SIDE_BY_SIDE - 1) / POINTS_SIDE_BY_SIDE;
+std::size_t items_of(const Passes& p, cl_uint points) {
+  return p.plan.lanes == 1 ? std::size_t{2} * points : (points + POINTS_SIDE_BY_SIDE - 1) / POINTS_SIDE_BY_SIDE;
+}
+
+void launch_accumulate(Passes& p, std::size_t items, cl_uint n, const cl::Buffer& listed, const cl::Buffer& points,
+                       const cl::Buffer& centres, std::uint32_t round, std::uint32_t rounds, cl_uint add,
+                       const cl::Buffer& values, Stage stage) {
   for (cl_uint l = 0; l < n_lights(p); ++l)
-    p.compute.launch("layers_accumulate", items, stage, n, points, centres, l, p.light_maps.lights_buffer,
+    p.compute.launch("layers_accumulate", items, stage, n, listed, points, centres, l, p.light_maps.lights_buffer,
                      p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.seed, round,
                      rounds, l > 0 ? 1U : add, values);
 }
 
 }  // namespace
 
+std::size_t accumulate_items(const Passes& p) { return items_of(p, p.layers.n_points); }
+
+void try_accumulate(Passes& p, std::size_t items) {
+  const Layers& k = p.layers;
+  launch_accumulate(p, items, k.n_points, k.n_listed, k.points, k.centres, 0, 1, 0, k.values, Stage::plan);
+}
+
 void accumulate_layers(Passes& p, std::uint32_t frame) {
   const Layers& k = p.layers;
-  launch_accumulate(p, k.n_points, k.points, k.centres, frame, 1, frame > 0 ? 1 : 0, k.values, Stage::layers);
+  launch_accumulate(p, accumulate_items(p), k.n_points, k.n_listed, k.points, k.centres, frame, 1, frame > 0 ? 1 : 0,
+                    k.values, Stage::layers);
 }
 
 void build_pyramids(Passes& p, std::uint32_t level) {
@@ -228,7 +244,8 @@ void launch_direct(Passes& p, const kernels::View& view, const kernels::Window& 
     p.compute.launch("gather_points", n, stage, view, f.ids, window, g.positions, g.triangles, g.normals,
                      m.lights_buffer, m.map, p.plan.boundary, p.plan.density.parameters, p.rho, m.extent, m.level_first,
                      m.levels, n_lights(p), first, n, f.direct, f.points, f.centres);
-    launch_accumulate(p, n, f.points, f.centres, round, rounds, 0, f.values, stage);
+    p.compute.fill(f.n_direct, n, 1);
+    launch_accumulate(p, items_of(p, n), n, f.n_direct, f.points, f.centres, round, rounds, 0, f.values, stage);
     p.compute.launch("gather_direct", n, stage, first, n, f.direct, f.points, f.values,
                      sign / static_cast<float>(rounds), sets, static_cast<cl_uint>(pixels(window)), f.sums);
   }

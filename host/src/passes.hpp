@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "compute.hpp"
+#include "geometry.hpp"
 #include "plan.hpp"
 
 namespace parian {
@@ -13,6 +14,7 @@ struct Geometry {
   cl::Buffer positions;  ///< float4 per vertex, object units
   cl::Buffer triangles;  ///< 3 uint per triangle
   cl::Buffer normals;    ///< 9 float per triangle: shading normals of its corners
+  cl::Buffer normal_sums;  ///< of a mesh that lies on the device: 3 int per vertex
   cl::Buffer records, large, n_large;
   std::optional<kernels::View> set_up;  ///< of which the records are
   cl_uint n_positions = 0, n_triangles = 0, n_records = 0;
@@ -29,11 +31,11 @@ struct LightMaps {
 /// The layers: views, geometry of all levels, needed points and their values.
 struct Layers {
   std::vector<kernels::View> views;
-  cl::Buffer views_buffer, level_first_buffer, depth, ids, geometry, slots;
+  cl::Buffer views_buffer, level_first_buffer, depth, view_ids, ids, geometry, slots;
   std::vector<std::uint32_t> level_first;
   cl_uint levels = 1;
-  // Once the needed texels are known:
-  cl::Buffer points, centres, values;
+  // Once the needed texels are known: their list, as long as n_listed says, and room for n_points.
+  cl::Buffer n_listed, needed, points, centres, values;
   cl_uint n_points = 0;
   [[nodiscard]] cl_uint count() const { return static_cast<cl_uint>(views.size()); }
 };
@@ -68,8 +70,6 @@ struct Passes {
   cl_uint seed = 0;
 };
 
-void upload_geometry(Passes& p, const Mesh& mesh);
-
 /// Set-up of one view, unless it's the last one; `draw` then fills depth, and ids if given, for a window of it.
 void setup_view(Passes& p, const kernels::View& view, Stage stage);
 /// Where `open` isn't NO_DEPTH, nothing is drawn.
@@ -84,11 +84,23 @@ void draw_light_maps(Passes& p, std::uint32_t epoch, bool shift);
 /// until set_needed says which are.
 void make_layers(Passes& p, const std::vector<kernels::View>& views, bool pyramids);
 void release_layers(Passes& p);
+/// Draws them again: the mesh has moved.
+void draw_layers(Passes& p);
 /// Marks the texels of all layers that a view reads, in `marks` (one uint per level-0 texel).
 void mark_needed(Passes& p, const kernels::View& view, const kernels::Window& window, const cl::Buffer& marks);
+/// Makes room for so many needed texels.
+void allocate_points(Passes& p, std::size_t count);
+/// These texels are needed, and will be for as long as the layers last. Waits.
 void set_needed(Passes& p, const std::vector<cl_uint>& needed);
+/// All covered texels are needed, as many as there are: the device lists them.
+void list_covered(Passes& p);
+/// Where the needed texels' samples are centred, going by the light maps as they are.
+void find_centres(Passes& p);
 /// Pass 2, light: one frame of samples.
 void accumulate_layers(Passes& p, std::uint32_t frame);
+/// Its work-items, and the first frame's samples of some of them, to see how long they take.
+[[nodiscard]] std::size_t accumulate_items(const Passes& p);
+void try_accumulate(Passes& p, std::size_t items);
 
 /// Pass 3: levels 1 to `level`.
 void build_pyramids(Passes& p, std::uint32_t level);

@@ -1,6 +1,7 @@
 // The first half of the plan: from the scene alone. The second half, from visibility, is made by the renderer.
 #include "plan.hpp"
 
+#include <CL/cl.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -125,32 +126,30 @@ void plan_lights(Plan& plan, const Scene& scene, const Settings& settings) {
   for (std::size_t i = 0; given < half; ++i, ++given) ++plan.lights[remainders[i % remainders.size()].second].samples;
 }
 
+std::size_t n_positions(const Scene& scene) {
+  return scene.on_device ? scene.on_device->positions : scene.mesh.positions.size();
+}
+std::size_t n_triangles(const Scene& scene) {
+  return scene.on_device ? scene.on_device->triangles : scene.mesh.triangles.size();
+}
+
+[[noreturn]] void fail(const std::string& what) { throw Error(ErrorKind::input, what); }
+
+bool finite(glm::dvec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
 /// Refuses what no picture can be made of; a scene file's reader says where, an embedder has only this.
 void check_scene(const Scene& scene) {
-  const auto fail = [](const std::string& what) { throw Error(ErrorKind::input, what); };
-  const auto finite = [](glm::dvec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
-  if (scene.mesh.triangles.empty()) fail("the mesh has no triangle with area; check the file");
+  if (scene.on_device) {
+    const MeshBounds& m = *scene.on_device;
+    if (!finite(m.centre) || !(m.radius > 0 && std::isfinite(m.radius)))
+      fail(fmt::format("mesh: a sphere of radius {} doesn't hold it; give a finite centre and a radius above 0",
+                       m.radius));
+  }
+  if (n_triangles(scene) == 0) fail("the mesh has no triangle with area; check the file");
   for (std::size_t i = 0; i < scene.mesh.positions.size(); ++i)
     if (!finite(scene.mesh.positions[i])) fail(fmt::format("vertex {} of the mesh is not finite; check the file", i));
-  const auto side = [](glm::uint pixels) { return pixels >= 1 && pixels <= largest_film_side; };
-  if (!side(scene.film.x) || !side(scene.film.y))
-    fail(fmt::format("film of {} x {} pixels; give sides from 1 to {}", scene.film.x, scene.film.y, largest_film_side));
-  for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
-    const Camera& c = scene.cameras[i];
-    if (!finite(c.eye) || !finite(c.target) || !finite(c.up))
-      fail(fmt::format("camera {}: a coordinate is not finite; give numbers", i + 1));
-    if (!(c.fov > 0 && c.fov < 180))
-      fail(fmt::format("camera {}: fov is {} degrees; give an angle above 0 and below 180", i + 1, c.fov));
-  }
-  for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-    const DirectionalLight& l = scene.lights[i];
-    if (!finite(l.towards) || !(glm::length(l.towards) > 0))
-      fail(fmt::format("light {}: 'towards' has no direction; give a vector with a length", i + 1));
-    for (int c = 0; c < 3; ++c)
-      if (!(l.irradiance[c] >= 0 && l.irradiance[c] <= irradiance_limit))
-        fail(fmt::format("light {}: irradiance is {} in channel {}; give a number from 0 to {}", i + 1, l.irradiance[c],
-                         "RGB"[c], irradiance_limit));
-  }
+  check_cameras(scene.cameras, scene.film);
+  check_lights(scene.lights);
 }
 
 /// The layers that are to be made: how many, and their film.
@@ -168,7 +167,8 @@ std::pair<std::uint64_t, glm::uvec2> planned_layers(const Plan& plan, const Scen
 void plan_gather(Plan& plan, const Scene& scene, const Settings& settings) {
   plan.gather = settings.gather;
   if (settings.gather != Gather::automatic) return;
-  plan.gather = Gather::camera;
+  plan.gather = settings.still ? Gather::camera : Gather::layers;
+  if (!settings.still) return;
   const auto [count, film] = planned_layers(plan, scene, settings);
   const std::uint64_t texels = std::uint64_t{settings.layer_size} * settings.layer_size * settings.layers;
   const bool coarser = std::min(film.x, film.y) < settings.layer_size;
@@ -181,10 +181,8 @@ void plan_gather(Plan& plan, const Scene& scene, const Settings& settings) {
 
 void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const DeviceInfo& device) {
   const auto [layers, film] = planned_layers(plan, scene, settings);
-  const std::uint64_t triangles = scene.mesh.triangles.size(), texels = layers * film.x * film.y;
+  const std::uint64_t positions = n_positions(scene), triangles = n_triangles(scene), texels = layers * film.x * film.y;
   const std::uint64_t map = std::uint64_t{settings.light_map_size} * settings.light_map_size;
-  const std::uint64_t pixels =
-      std::uint64_t{std::min(scene.film.x, window_limit)} * std::min(scene.film.y, window_limit);
   std::uint64_t all_levels = texels;
   for (glm::uvec2 size = film; plan.pyramids && size != glm::uvec2(1);) {
     size = (size + 1U) / 2U;
@@ -192,28 +190,68 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
   }
   const std::uint64_t records = triangles * plan.slots * sizeof(kernels::RasterTriangle);
   const std::uint64_t maps = plan.lights.size() * 2 * map * 16;
-  const std::uint64_t values = all_levels * 32, sums = pixels * 32 * (plan.pyramids ? 3 : 1);
-  const std::uint64_t sight = plan.gather == Gather::layers ? sight_bytes(settings.layers) : 0;
-  plan.largest = std::max({records, maps, values, sums, texels * 32, texels * 16 * plan.lights.size(), sight});
-  plan.bytes = scene.mesh.positions.size() * 16 + triangles * (12 + 36) + records + triangles * plan.slots * 4 + maps +
-               plan.lights.size() * map * 11 + map * 8 + texels * 12 + all_levels * 20 + values +
-               (texels + std::min<std::uint64_t>(pixels, direct_points)) * (32 + 16 * plan.lights.size()) + sums +
-               pixels * 36 + sight + (std::uint64_t{4} << 20);
+  const std::uint64_t values = all_levels * 32;
+  const std::uint64_t sight = plan.gather == Gather::layers && !scene.on_device ? sight_bytes(settings.layers) : 0;
+  const std::uint64_t live = (settings.still ? 0 : texels * 4) + (scene.on_device ? positions * 12 : 0);
+  const std::uint64_t bytes = live + positions * 16 + triangles * (12 + 36) + records + triangles * plan.slots * 4 +
+                              maps + plan.lights.size() * map * 11 + map * 8 + texels * 12 + all_levels * 20 + values +
+                              texels * (32 + 16 * plan.lights.size()) + sight + (std::uint64_t{4} << 20);
+  const std::uint64_t largest = std::max({records, maps, values, texels * 32, texels * 16 * plan.lights.size(), sight});
+  const auto too_large = [&] {
+    return plan.bytes > device.global_memory / 10 * 9 || plan.largest > device.max_allocation;
+  };
+  // Where memory is short, the film is gathered in smaller windows.
+  for (plan.window = window_limit; plan.window >= smallest_window; plan.window /= 2) {
+    const std::uint64_t pixels =
+        std::uint64_t{std::min(scene.film.x, plan.window)} * std::min(scene.film.y, plan.window);
+    const std::uint64_t sums = pixels * 32 * (plan.pyramids ? 3 : 1);
+    plan.largest = std::max(largest, sums);
+    plan.bytes =
+        bytes + std::min<std::uint64_t>(pixels, direct_points) * (32 + 16 * plan.lights.size()) + sums + pixels * 36;
+    if (!too_large()) break;
+  }
+  plan.window = std::max(plan.window, smallest_window);
   const auto mib = [](std::uint64_t b) { return static_cast<double>(b) / 1048576.0; };
   constexpr std::uint64_t index_limit = std::uint64_t{1} << 30;  // texels and triangles are numbered in 32 bits
   const bool too_many = all_levels > index_limit || plan.lights.size() * 2 * map > index_limit ||
                         triangles * plan.slots > index_limit / 4;
-  const bool too_large = plan.bytes > device.global_memory / 10 * 9 || plan.largest > device.max_allocation;
-  if (too_many || (too_large && !settings.force))
+  if (too_many || (too_large() && !settings.force))
     throw Error(
         ErrorKind::device,
         fmt::format("{}: the scene needs up to {:.0f} MiB, {:.0f} MiB in one buffer, but the device has {:.0f} MiB and "
                     "allows {:.0f} MiB per buffer; lower --layer-size, --layers or --light-map-size",
                     device.name, mib(plan.bytes), mib(plan.largest), mib(device.global_memory),
-                    mib(device.max_allocation)));
+                    mib(device.max_allocation)),
+        CL_MEM_OBJECT_ALLOCATION_FAILURE);
 }
 
 }  // namespace
+
+void check_cameras(const std::vector<Camera>& cameras, glm::uvec2 film) {
+  const auto side = [](glm::uint pixels) { return pixels >= 1 && pixels <= largest_film_side; };
+  if (!side(film.x) || !side(film.y))
+    fail(fmt::format("film of {} x {} pixels; give sides from 1 to {}", film.x, film.y, largest_film_side));
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const Camera& c = cameras[i];
+    if (!finite(c.eye) || !finite(c.target) || !finite(c.up))
+      fail(fmt::format("camera {}: a coordinate is not finite; give numbers", i + 1));
+    if (!(glm::length(c.target - c.eye) > 0)) fail(fmt::format("camera {}: eye and target are the same point", i + 1));
+    if (!(c.fov > 0 && c.fov < 180))
+      fail(fmt::format("camera {}: fov is {} degrees; give an angle above 0 and below 180", i + 1, c.fov));
+  }
+}
+
+void check_lights(const std::vector<DirectionalLight>& lights) {
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const DirectionalLight& l = lights[i];
+    if (!finite(l.towards) || !(glm::length(l.towards) > 0))
+      fail(fmt::format("light {}: 'towards' has no direction; give a vector with a length", i + 1));
+    for (int c = 0; c < 3; ++c)
+      if (!(l.irradiance[c] >= 0 && l.irradiance[c] <= irradiance_limit))
+        fail(fmt::format("light {}: irradiance is {} in channel {}; give a number from 0 to {}", i + 1, l.irradiance[c],
+                         "RGB"[c], irradiance_limit));
+  }
+}
 
 bool kept(const Settings& settings, const std::string& name) {
   return settings.keep.contains(name) || settings.keep.contains("all");
@@ -238,7 +276,8 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
   if (std::uint64_t{settings.frames} * settings.samples >= std::uint64_t{1} << 32)
     throw Error(ErrorKind::usage, "--frames times --samples must stay below 2^32, where sample numbers end; lower one");
   Plan plan;
-  plan.space = object_space(scene.mesh.positions);
+  plan.space = scene.on_device ? ObjectSpace{scene.on_device->centre, scene.on_device->radius}
+                               : object_space(scene.mesh.positions);
   plan.warnings = scene.mesh.warnings;
   validate(scene.material, "material '" + scene.material.name + "'");
   plan_media(plan, scene, settings);
@@ -247,13 +286,13 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
   plan.density = density_table(plan.media, settings.disc_radius / plan.space.radius);
   plan_lights(plan, scene, settings);
 
-  plan.clipping = kept(settings, "clipping");
+  plan.clipping = kept(settings, "clipping") || !settings.still;  // who knows where a camera will go
   for (const Camera& camera : scene.cameras)
     if (needs_clipping(pinhole_view(camera, plan.space, scene.film))) plan.clipping = true;
   plan.slots = plan.clipping ? 6 : 1;
   if (!plan.clipping)
     plan.left_out.push_back({"clipping", "the object lies inside every camera's near plane and guard band", "bytes",
-                             static_cast<double>(scene.mesh.triangles.size() * 5 * sizeof(kernels::RasterTriangle)),
+                             static_cast<double>(n_triangles(scene) * 5 * sizeof(kernels::RasterTriangle)),
                              false});
   plan_gather(plan, scene, settings);
   plan.pyramids = settings.pyramids && planned_layers(plan, scene, settings).second != glm::uvec2(1);

@@ -30,6 +30,7 @@ struct Plan {
   bool pyramids = true;
   std::uint32_t slots = 1;         ///< set-up records per triangle
   std::uint32_t lanes = 1;         ///< samples side by side in pass 2
+  std::uint32_t window = 0;        ///< pixels along a side of what is gathered at once
   std::string options;             ///< of the OpenCL compiler
   std::uint64_t bytes = 0;         ///< upper bound of device memory
   std::uint64_t largest = 0;       ///< largest buffer, bytes
@@ -44,11 +45,18 @@ struct Plan {
 /// memory can't hold it.
 [[nodiscard]] Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& device);
 
+/// Throw Error(input) for what no picture can be made with.
+void check_lights(const std::vector<DirectionalLight>& lights);
+void check_cameras(const std::vector<Camera>& cameras, glm::uvec2 film);
+
+/// Bytes that the gaps between buffers may take where all are parts of one.
+inline constexpr std::uint64_t scratch_slack = 1 << 20;
+
 /// True when `settings` forces the omission `name` off.
 [[nodiscard]] bool kept(const Settings& settings, const std::string& name);
 
-/// Largest film window that is gathered at once, in pixels per side.
-inline constexpr std::uint32_t window_limit = 2048;
+/// Film windows that are gathered at once, in pixels per side: the largest, and the smallest where memory is short.
+inline constexpr std::uint32_t window_limit = 2048, smallest_window = 256;
 /// Pixels whose points are held at a time, while pass 2's function computes them directly.
 inline constexpr std::uint32_t direct_points = 65536;
 

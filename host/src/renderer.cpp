@@ -32,35 +32,60 @@ void Renderer::State::prepare() {
     for (auto& doubt : require_sound(compute, settings, plan.lanes)) plan.warnings.push_back(doubt);
     passes.seed = settings.seed;
     for (const Camera& camera : scene.cameras) cameras.push_back(pinhole_view(camera, plan.space, scene.film));
-    upload_geometry(passes, scene.mesh);
+    if (device_mesh) {
+      allocate_geometry(passes, scene.on_device->positions, scene.on_device->triangles);
+      read_geometry(passes, *device_mesh);
+    } else {
+      upload_geometry(passes, scene.mesh);
+    }
     scene.mesh.normals = {};  // at millions of triangles each copy counts
     for (glm::dvec3& x : scene.mesh.positions) x = (x - plan.space.centre) / plan.space.radius;
     passes.media = compute.upload(plan.media);
     passes.rho = compute.upload(plan.density.rho);
     allocate_film();
-    make_light_maps(passes, scene.mesh.positions, settings.light_map_size);
+    make_light_maps(passes, device_mesh ? sphere_points() : scene.mesh.positions, settings.light_map_size);
     draw_light_maps(passes, 0, settings.light_map_shift);
-    plan_layers();
+    if (settings.still)
+      plan_layers();
+    else
+      plan_live_layers();
     scene.mesh = {};
+    measure_rate();
     compute.finish();
   });
 }
 
+void Renderer::State::settle() {
+  if (settings.time_stages) compute.finish();
+}
+
+/// Buffers of one window of the film. Where there is no room for them, smaller windows are tried.
 void Renderer::State::allocate_film() {
   Film& f = passes.film;
-  const std::size_t pixels = std::size_t{std::min(scene.film.x, window_limit)} * std::min(scene.film.y, window_limit);
-  f.depth = compute.buffer<cl_uint>(pixels);
-  f.ids = compute.buffer<cl_uint>(pixels);
-  f.direct = compute.buffer<cl_uint>(pixels);
-  f.n_direct = compute.buffer<cl_uint>(1);
-  const std::size_t held = std::min<std::size_t>(pixels, direct_points);
-  f.points = compute.buffer<kernels::float4>(2 * held);
-  f.centres = compute.buffer<kernels::float4>(plan.lights.size() * held);
-  f.values = compute.buffer<kernels::float4>(2 * held);
-  f.planes = compute.buffer<kernels::float4>(pixels);
-  f.edges = compute.buffer<cl_uint>(pixels);
-  f.open = compute.buffer<cl_uint>(pixels);
-  f.sums = compute.buffer<kernels::float4>(pixels * 2 * (plan.pyramids ? 3 : 1));
+  for (;; plan.window /= 2) {
+    for (cl::Buffer* b : {&f.depth, &f.ids, &f.direct, &f.n_direct, &f.points, &f.centres, &f.values, &f.planes,
+                          &f.edges, &f.open, &f.sums})
+      compute.release(*b);
+    const std::size_t pixels =
+        std::size_t{std::min(scene.film.x, plan.window)} * std::min(scene.film.y, plan.window);
+    const std::size_t held = std::min<std::size_t>(pixels, direct_points);
+    try {
+      f.depth = compute.buffer<cl_uint>(pixels);
+      f.ids = compute.buffer<cl_uint>(pixels);
+      f.direct = compute.buffer<cl_uint>(pixels);
+      f.n_direct = compute.buffer<cl_uint>(1);
+      f.points = compute.buffer<kernels::float4>(2 * held);
+      f.centres = compute.buffer<kernels::float4>(plan.lights.size() * held);
+      f.values = compute.buffer<kernels::float4>(2 * held);
+      f.planes = compute.buffer<kernels::float4>(pixels);
+      f.edges = compute.buffer<cl_uint>(pixels);
+      f.open = compute.buffer<cl_uint>(pixels);
+      f.sums = compute.buffer<kernels::float4>(pixels * 2 * (plan.pyramids ? 3 : 1));
+      return;
+    } catch (const cl::Error& e) {
+      if (e.err() != CL_MEM_OBJECT_ALLOCATION_FAILURE || plan.window <= smallest_window) throw;
+    }
+  }
 }
 
 /// One subpixel position tells a pixel's error where texels are as large as pixels; elsewhere about one per texel does.
@@ -132,7 +157,10 @@ void Renderer::State::count_layers(std::size_t covered, std::size_t needed) {
 }
 
 Renderer::Renderer(Scene scene, const Settings& settings, const std::string& selector)
-    : state_(std::make_unique<State>(std::move(scene), settings, selector)) {
+    : Renderer(std::move(scene), settings, std::make_shared<Compute>(selector), nullptr) {}
+
+Renderer::Renderer(Scene scene, const Settings& settings, std::shared_ptr<Compute> compute, const DeviceMesh* mesh)
+    : state_(std::make_unique<State>(std::move(scene), settings, std::move(compute), mesh)) {
   state_->prepare();
 }
 
@@ -141,6 +169,7 @@ Renderer::~Renderer() = default;
 void Renderer::frame() {
   State& s = *state_;
   with_device_errors(s.compute.info(), [&] {
+    s.apply_changes();
     std::uint32_t most = 0;
     for (const auto& light : s.plan.lights) most = std::max(most, light.samples);
     const std::uint32_t epoch = s.settings.light_map_shift ? s.frame * most / redraw_samples : 0;
@@ -149,11 +178,11 @@ void Renderer::frame() {
       s.epoch = epoch;
       ++s.redraws;
       draw_light_maps(s.passes, epoch, s.settings.light_map_shift);
-      s.compute.finish();
+      s.settle();
     }
     Timer timer(s.statistics.seconds.layers);
     accumulate_layers(s.passes, s.frame);
-    s.compute.finish();
+    s.settle();
     ++s.frame;
   });
 }
@@ -214,9 +243,9 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
     compute.finish();
   }
   std::uint64_t direct = 0;
-  const float weight = 1.0F / static_cast<float>(positions);
+  const glm::vec3 weight(colour / static_cast<double>(positions));
   const std::uint32_t rounds = (frame + positions - 1) / positions;
-  for (kernels::Window w : tiles(scene.film)) {
+  for (kernels::Window w : tiles(scene.film, plan.window)) {
     const std::size_t pixels = std::size_t{w.width} * w.height;
     {
       Timer timer(statistics.seconds.gather);
@@ -233,7 +262,7 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
         const std::size_t at = (w.y + i / w.width) * scene.film.x + w.x + i % w.width;
         halves[set].a[at] = glm::vec3(a.x, a.y, a.z) * weight;
         halves[set].b[at] = glm::vec3(b.x, b.y, b.z) * weight;
-        halves[set].alpha[at] = a.w * weight;
+        halves[set].alpha[at] = a.w / static_cast<float>(positions);
       }
   }
   direct_evaluations += static_cast<double>(direct) * rounds * samples_per_frame() * plan.channels();

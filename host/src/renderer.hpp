@@ -32,6 +32,10 @@ struct KernelWork {
 };
 using KernelTable = std::map<std::pair<Stage, std::string>, KernelWork>;
 
+class Compute;
+struct DeviceMesh;
+struct ImageTarget;
+
 class Renderer {
  public:
   /// Plans and compiles for `scene` on the device that `selector` means: an index, a case-insensitive part of
@@ -39,14 +43,28 @@ class Renderer {
   /// Throws Error(input) for a scene that can't be rendered and Error(device) when the device is missing, too small,
   /// refuses, or fails the self-test and `settings` doesn't force it. Moving a large scene in saves its copy.
   Renderer(Scene scene, const Settings& settings, const std::string& selector);
+  /// The same on a device that is at work already, and with the mesh that lies on it if `scene.on_device` says so.
+  Renderer(Scene scene, const Settings& settings, std::shared_ptr<Compute> compute, const DeviceMesh* mesh);
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
   /// The plan as lines of text: what the scene needs, what was left out, why, and what that saves.
   [[nodiscard]] std::vector<std::string> explanation() const;
-  /// One frame: `samples` more evaluations at every layer texel that is needed. Waits for the device.
+  /// One frame: `samples` more evaluations at every layer texel that is needed. Waits with `settings.time_stages` only.
   void frame();
+  /// Without `settings.still`: other cameras, another film; what was summed stays.
+  void set_cameras(const std::vector<Camera>& cameras, glm::uvec2 film);
+  /// Other colours of lights, and without `settings.still` other directions. Rescales what was summed, or starts anew;
+  /// false when only a new plan will do.
+  bool set_lights(const std::vector<DirectionalLight>& lights);
+  /// The mesh on the device has moved: the next frame reads it again, and starts anew.
+  void positions_changed();
+  /// The next frame starts anew.
+  void restart();
+  /// Gathers a camera's view into somebody's buffer, from the pyramid level of the last estimate or, before one, from
+  /// the level that suits the number of frames. Neither waits nor reads back.
+  void gather_into(std::size_t camera, const ImageTarget& target);
   /// Frames done so far.
   [[nodiscard]] std::uint32_t frames() const;
   /// True after frames 1, 2, 3, 4, 6, 8, 12, 16, ..., when an estimate is due; of these not where the error can't yet

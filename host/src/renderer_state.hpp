@@ -1,6 +1,8 @@
 // What a renderer holds between calls; shared by the files that implement it.
 #pragma once
 #include <chrono>
+#include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,16 +32,21 @@ class Timer {
 };
 
 struct Renderer::State {
-  State(Scene s, const Settings& set, const std::string& selector)
+  State(Scene s, const Settings& set, std::shared_ptr<Compute> device, const DeviceMesh* mesh)
       : scene(std::move(s)),
         settings(set),
-        compute(selector),
+        shared(std::move(device)),
+        compute(*shared),
         plan(make_plan(scene, set, compute.info())),
-        passes(compute, plan) {}
+        passes(compute, plan) {
+    if (mesh) device_mesh = *mesh;
+  }
 
   Scene scene;  // the mesh only until the plan is made, its positions then in object units
   Settings settings;
-  Compute compute;
+  std::shared_ptr<Compute> shared;
+  Compute& compute;
+  std::optional<DeviceMesh> device_mesh;
   Plan plan;
   Passes passes;
   std::vector<kernels::View> cameras;
@@ -48,6 +55,12 @@ struct Renderer::State {
   std::uint32_t level = 0;         // of the pyramids, as shown by the last estimate
   std::uint32_t estimated_at = 0;  // the frame of the last estimate
 
+  // What has changed since the last frame, see live.cpp.
+  bool moved = false;        // the mesh
+  bool relit = false;        // directions of lights
+  bool anew = false;         // sums start again
+  glm::dvec3 colour{1.0};    // of the lights, relative to what has been summed
+
   std::uint64_t fallback_pixels = 0;  // of the last gather
   double direct_evaluations = 0.0;    // at pixels themselves
   std::uint32_t redraws = 0;          // of the light maps, after the first
@@ -55,7 +68,11 @@ struct Renderer::State {
   std::uint32_t undrawn = 0;          // views of the camera that were there already
 
   void prepare();
+  void settle();  // waits, if stages are timed
   void plan_layers();
+  void plan_live_layers();
+  void measure_rate();
+  void apply_changes();
   void count_layers(std::size_t covered, std::size_t needed);
   void allocate_film();
   [[nodiscard]] LayerRange layers_of(std::size_t camera) const;

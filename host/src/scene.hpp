@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -37,8 +38,16 @@ struct Camera {
 /// Largest side of the film, in pixels.
 inline constexpr std::uint32_t largest_film_side = 16384;
 
+/// What the host knows of a mesh that lies on the device.
+struct MeshBounds {
+  std::size_t positions = 0, triangles = 0;  ///< how many
+  glm::dvec3 centre{};                       ///< of a sphere that holds them all
+  double radius = 0.0;
+};
+
 struct Scene {
-  Mesh mesh;  ///< world space, mm
+  Mesh mesh;                              ///< world space, mm; empty if
+  std::optional<MeshBounds> on_device{};  ///< this is given
   Material material;
   std::vector<DirectionalLight> lights;
   std::vector<Camera> cameras;
@@ -65,6 +74,8 @@ struct Settings {
   Gather gather = Gather::automatic;
   bool pyramids = true;
   std::uint32_t seed = 0;
+  bool still = true;           ///< cameras, film and directions of lights never change once it's planned
+  bool time_stages = true;     ///< waits after each stage, so that the wall clock tells stages apart
   std::set<std::string> keep;  ///< names of omissions that are forced off, or "all"
   bool force = false;          ///< try although the device's memory seems too small or its self-test fails
 };

@@ -60,11 +60,17 @@ kernels::View orthographic_view(const std::vector<glm::dvec3>& points, glm::dvec
   return v;
 }
 
+std::vector<glm::dvec3> sphere_points() {
+  constexpr std::size_t count = 1024;
+  constexpr double outside = 1.004;  // so that what lies between the points is held, too
+  std::vector<glm::dvec3> points = even_directions(count);
+  for (glm::dvec3& p : points) p *= outside;
+  return points;
+}
+
 kernels::View pinhole_view(const Camera& camera, const ObjectSpace& space, glm::uvec2 film) {
   const glm::dvec3 eye = (camera.eye - space.centre) / space.radius;
-  const glm::dvec3 direction = camera.target - camera.eye;
-  if (!(glm::length(direction) > 0.0)) throw Error(ErrorKind::input, "camera: eye and target are the same point");
-  const glm::dvec3 back = -glm::normalize(direction);
+  const glm::dvec3 back = glm::normalize(camera.eye - camera.target);
   glm::dvec3 right = glm::cross(camera.up, back);
   if (!(glm::length(right) > 1e-9 * glm::length(camera.up)))
     right = glm::cross(std::abs(back.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1), back);

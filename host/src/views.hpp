@@ -29,6 +29,9 @@ struct ObjectSpace {
 /// True when some triangle may need clipping: the object reaches the near plane or leaves the guard band.
 [[nodiscard]] bool needs_clipping(const kernels::View& pinhole);
 
+/// Points whose views hold the sphere of radius 1: of a mesh that nobody on the host has seen.
+[[nodiscard]] std::vector<glm::dvec3> sphere_points();
+
 /// `count` directions spread evenly over the sphere (Fibonacci lattice).
 [[nodiscard]] std::vector<glm::dvec3> even_directions(std::size_t count);
 

@@ -29,7 +29,7 @@ std::vector<std::vector<float>> sight_of(Passes& p, const std::vector<kernels::V
     p.compute.fill(nearest, NO_DEPTH, pixels);
     p.compute.fill(farthest, 0, pixels);
     p.compute.launch("raster_corners", g.n_positions, Stage::plan, view, g.positions, g.n_positions, g.records);
-    p.compute.launch("raster_sight", g.n_triangles, Stage::plan, tiles({view.width, view.height}).front(), g.records,
+    p.compute.launch("raster_sight", g.n_triangles, Stage::plan, tiles({view.width, view.height}, candidate_size).front(), g.records,
                      g.triangles, g.n_triangles, nearest, farthest);
     p.compute.launch("layers_visibility", n, Stage::plan, view, nearest, farthest, n, points, first, quality);
     first += 2 * n;
@@ -49,15 +49,15 @@ std::uint64_t sight_bytes(std::uint32_t layers) {
          std::uint64_t{candidate_size} * candidate_size * 2 * sizeof(cl_uint);
 }
 
-std::vector<kernels::Window> tiles(glm::uvec2 film) {
+std::vector<kernels::Window> tiles(glm::uvec2 film, std::uint32_t side) {
   std::vector<kernels::Window> all;
-  for (std::uint32_t y = 0; y < film.y; y += window_limit)
-    for (std::uint32_t x = 0; x < film.x; x += window_limit) {
+  for (std::uint32_t y = 0; y < film.y; y += side)
+    for (std::uint32_t x = 0; x < film.x; x += side) {
       kernels::Window w{};
       w.x = x;
       w.y = y;
-      w.width = std::min(window_limit, film.x - x);
-      w.height = std::min(window_limit, film.y - y);
+      w.width = std::min(side, film.x - x);
+      w.height = std::min(side, film.y - y);
       w.sample_x = w.sample_y = SUBPIXELS / 2;
       all.push_back(w);
     }
@@ -138,7 +138,7 @@ std::vector<cl_uint> read_texels(Passes& p, const std::vector<kernels::View>& ca
   for (const kernels::View& view : cameras) {
     const double texels = texels_per_pixel(p.layers, view);
     const auto positions = static_cast<std::uint32_t>(std::clamp(8.0 * std::ceil(texels * texels), 8.0, 64.0));
-    for (kernels::Window w : tiles(film))
+    for (kernels::Window w : tiles(film, p.plan.window))
       for (std::uint32_t i = 0; i < positions; ++i) {
         const glm::ivec2 s = subpixel_position(i, 0);
         w.sample_x = s.x;

@@ -33,7 +33,7 @@ struct SurfaceSight {
 /// Layer texels along a pixel's side, at the distance of the object's centre.
 [[nodiscard]] double texels_per_pixel(const Layers& layers, const kernels::View& camera);
 
-/// Windows that cut a film into pieces small enough to be gathered at once.
-[[nodiscard]] std::vector<kernels::Window> tiles(glm::uvec2 film);
+/// Windows of at most `side` pixels a side that cut a film into pieces.
+[[nodiscard]] std::vector<kernels::Window> tiles(glm::uvec2 film, std::uint32_t side);
 
 }  // namespace parian

@@ -1,0 +1,664 @@
+// The C API's border: arguments are checked here, and whatever goes wrong inside becomes a status and a line of text.
+#define PARIAN_BUILDS
+#include <parian/parian.h>
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <optional>
+
+#include "compute.hpp"
+#include "embedded.hpp"
+#include "geometry.hpp"
+#include "image_target.hpp"
+#include "medium.hpp"
+#include "plan.hpp"
+#include "renderer.hpp"
+
+namespace {
+
+struct LastFailure {
+  std::string message;
+  cl_int code = CL_SUCCESS;
+};
+thread_local LastFailure last_failure;
+
+/// Lists that parian_get_statistics makes for the calls after it.
+struct Texts {
+  std::vector<parian::Omission> omissions;
+  std::vector<std::string> warnings, explanation;
+};
+
+}  // namespace
+
+struct parian_renderer {
+  std::atomic_flag busy;
+  bool lost = false;
+  std::shared_ptr<parian::Compute> compute;
+  parian::Scene scene;
+  parian::Settings settings;
+  std::optional<parian::DeviceMesh> device_mesh;
+  bool for_one_plan = false, has_mesh = false, has_material = false, has_lights = false, has_cameras = false;
+  std::unique_ptr<parian::Renderer> planned;
+  Texts texts;
+};
+
+namespace {
+
+using parian::Error;
+using parian::ErrorKind;
+
+[[noreturn]] void refuse(const std::string& what) { throw Error(ErrorKind::usage, what); }
+
+/// What a call needs that isn't there: see PARIAN_NOT_PLANNED.
+struct NotPlanned {
+  std::string message;
+};
+
+parian_status status_of(const Error& e) {
+  if (e.kind() == ErrorKind::usage) return PARIAN_INVALID_ARGUMENT;
+  if (e.kind() == ErrorKind::input) return PARIAN_INVALID_SCENE;
+  switch (e.code()) {
+    case CL_MEM_OBJECT_ALLOCATION_FAILURE:
+    case CL_OUT_OF_HOST_MEMORY:
+    case CL_INVALID_BUFFER_SIZE:
+      return PARIAN_OUT_OF_MEMORY;
+    case CL_DEVICE_NOT_AVAILABLE:
+    case CL_OUT_OF_RESOURCES:
+    case CL_INVALID_COMMAND_QUEUE:
+    case CL_INVALID_CONTEXT:
+      return PARIAN_DEVICE_LOST;
+    default:
+      return PARIAN_DEVICE_FAILED;
+  }
+}
+
+parian_status failed(parian_status status, const std::string& message, cl_int code = CL_SUCCESS) noexcept {
+  try {
+    last_failure = {message, code};
+  } catch (...) {  // no memory for the text
+    last_failure.message.clear();
+    last_failure.code = code;
+  }
+  return status;
+}
+
+/// Runs `f`; every exception ends here.
+template <class F>
+parian_status caught(F&& f) noexcept {
+  try {
+    f();
+    return PARIAN_SUCCESS;
+  } catch (const Error& e) {
+    return failed(status_of(e), e.what(), e.code());
+  } catch (const cl::Error& e) {
+    return failed(status_of(Error(ErrorKind::device, "", e.err())), parian::describe_cl_error(e), e.err());
+  } catch (const NotPlanned& e) {
+    return failed(PARIAN_NOT_PLANNED, e.message);
+  } catch (const parian::Cancelled&) {
+    return failed(PARIAN_CANCELLED, "cancelled by the caller's callback; call parian_plan to start anew");
+  } catch (const std::bad_alloc&) {
+    return failed(PARIAN_OUT_OF_MEMORY, "the host is out of memory; render a smaller scene");
+  } catch (const std::exception& e) {
+    return failed(PARIAN_INTERNAL, fmt::format("a defect of Parian: {}; please report it", e.what()));
+  } catch (...) {
+    return failed(PARIAN_INTERNAL, "a defect of Parian; please report it");
+  }
+}
+
+void undo_plan(parian_renderer& r) {
+  r.planned.reset();
+  r.compute->release_all();
+}
+
+/// Runs `f` with a renderer that no other thread is using. What fails on the device undoes the plan.
+template <class F>
+parian_status with(const parian_renderer* renderer, F&& f) noexcept {
+  if (!renderer) return failed(PARIAN_INVALID_ARGUMENT, "renderer: it is NULL; create one with parian_create");
+  auto& r = const_cast<parian_renderer&>(*renderer);  // the flag and the lists; `f` takes care of the rest
+  if (r.busy.test_and_set())
+    return failed(PARIAN_BUSY, "renderer: another call is inside it; use it from one thread at a time");
+  const parian_status status = caught([&] {
+    if (r.lost) throw Error(ErrorKind::device, "the device was lost; release the renderer and make a new context", CL_INVALID_CONTEXT);
+    f(r);
+  });
+  r.lost = r.lost || status == PARIAN_DEVICE_LOST;
+  if (status >= PARIAN_DEVICE_FAILED && status != PARIAN_NOT_PLANNED && status != PARIAN_BUSY)
+    static_cast<void>([&]() noexcept {
+      try {
+        undo_plan(r);
+      } catch (...) {  // the failure that is reported came first
+      }
+    }());
+  r.busy.clear();
+  return status;
+}
+
+/// What the caller gave, with zeros for what his header doesn't have yet.
+template <class T>
+T taken(const T* given, const char* what) {
+  if (!given) refuse(fmt::format("{}: it is NULL; give a struct", what));
+  std::size_t size = 0;
+  std::memcpy(&size, given, sizeof size);
+  if (size < 2 * sizeof(size_t))
+    refuse(fmt::format("{}: struct_size is {}, sizeof is {}; set it to sizeof the struct", what, size, sizeof(T)));
+  const auto* bytes = reinterpret_cast<const unsigned char*>(given);
+  for (std::size_t i = sizeof(T); i < size; ++i) {
+    if (i >= 64 * sizeof(T))
+      refuse(fmt::format("{}: struct_size is {}, sizeof is {}; set it to sizeof the struct", what, size, sizeof(T)));
+    if (bytes[i])
+      refuse(fmt::format("{}: it has fields that version {} doesn't know; use a newer library", what, parian::version));
+  }
+  T full{};
+  std::memcpy(&full, given, std::min(size, sizeof(T)));
+  return full;
+}
+
+/// Fills the part of a struct that the caller knows.
+template <class T>
+void give(T* wanted, T full, const char* what) {
+  if (!wanted) refuse(fmt::format("{}: it is NULL; give a struct", what));
+  const std::size_t size = wanted->struct_size;
+  if (size < 2 * sizeof(size_t) || size > 64 * sizeof(T))
+    refuse(fmt::format("{}: struct_size is {}, sizeof is {}; set it to sizeof the struct", what, size, sizeof(T)));
+  full.struct_size = size;
+  std::memcpy(wanted, &full, std::min(size, sizeof(T)));
+}
+
+glm::dvec3 vec3(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
+
+template <class T>
+T one_of(int value, const char* what) {
+  if (value < 0 || value > 2) refuse(fmt::format("{}: {} is none of its values, 0 to 2", what, value));
+  return static_cast<T>(value);
+}
+
+/// A buffer of the renderer's context, retained.
+cl::Buffer buffer_of(const parian_renderer& r, cl_mem handle, const char* what) {
+  cl::Buffer b(handle, true);
+  if (b.getInfo<CL_MEM_TYPE>() != CL_MEM_OBJECT_BUFFER) refuse(fmt::format("{}: it is no buffer; give one", what));
+  if (b.getInfo<CL_MEM_CONTEXT>()() != r.compute->context()())
+    refuse(fmt::format("{}: it is of another context than the renderer; create it in that one", what));
+  return b;
+}
+
+void require_bytes(const cl::Buffer& b, std::size_t needed, const char* what) {
+  const std::size_t size = b.getInfo<CL_MEM_SIZE>();
+  if (size < needed) refuse(fmt::format("{}: it has {} bytes and needs {}; make it larger", what, size, needed));
+}
+
+/// `bytes` in words of four.
+cl_uint words(std::size_t bytes, const char* what) {
+  if (bytes % 4 != 0) refuse(fmt::format("{}: {} bytes; give a multiple of 4", what, bytes));
+  if (bytes / 4 > 0xffffffffU) refuse(fmt::format("{}: {} bytes; give less than 16 GiB", what, bytes));
+  return static_cast<cl_uint>(bytes / 4);
+}
+
+/// Positions of a mesh in host memory.
+std::vector<glm::dvec3> host_positions(const parian_mesh& m) {
+  if ((m.positions != nullptr) == (m.positions_double != nullptr))
+    refuse("mesh: give positions either as float or as double");
+  const std::size_t size = m.positions ? sizeof(float) : sizeof(double);
+  const std::size_t stride = m.position_stride ? m.position_stride : 3 * size;
+  if (stride < 3 * size) refuse(fmt::format("mesh: position_stride is {} bytes and needs {}", stride, 3 * size));
+  const auto* bytes = m.positions ? reinterpret_cast<const unsigned char*>(m.positions)
+                                  : reinterpret_cast<const unsigned char*>(m.positions_double);
+  std::vector<glm::dvec3> positions(m.n_positions);
+  for (glm::dvec3& x : positions) {
+    if (m.positions) {
+      float f[3];
+      std::memcpy(f, bytes, sizeof f);
+      x = {f[0], f[1], f[2]};
+    } else {
+      std::memcpy(&x, bytes, sizeof x);
+    }
+    bytes += stride;
+  }
+  return positions;
+}
+
+parian::Mesh host_mesh(const parian_mesh& m) {
+  if (!m.indices) refuse("mesh: indices is NULL; give three for each triangle");
+  const std::size_t corners = std::size_t{3} * m.n_triangles;
+  if (m.normals_kind == PARIAN_NORMALS_NONE) {
+    parian::PolygonMesh polygons;
+    polygons.points = host_positions(m);
+    polygons.corners.assign(m.indices, m.indices + corners);
+    polygons.face_sizes.assign(m.n_triangles, 3);
+    return clean_mesh(std::move(polygons));
+  }
+  if (!m.normals) refuse("mesh: normals is NULL; give them, or PARIAN_NORMALS_NONE");
+  parian::Mesh mesh;
+  mesh.positions = host_positions(m);
+  mesh.triangles.resize(m.n_triangles);
+  std::memcpy(mesh.triangles.data(), m.indices, corners * sizeof(std::uint32_t));
+  mesh.normals.reserve(corners);
+  for (std::size_t i = 0; i < corners; ++i) {
+    if (m.indices[i] >= m.n_positions)
+      throw Error(ErrorKind::input, fmt::format("mesh: triangle {} has vertex {} of {}; check the indices", i / 3,
+                                                m.indices[i], m.n_positions));
+    const float* n = m.normals + 3 * (m.normals_kind == PARIAN_NORMALS_PER_CORNER ? i : m.indices[i]);
+    const glm::vec3 normal(n[0], n[1], n[2]);
+    if (!(glm::dot(normal, normal) > 0.25F && glm::dot(normal, normal) < 4.0F))
+      throw Error(ErrorKind::input, fmt::format("mesh: normal {} of triangle {} isn't of unit length", i % 3, i / 3));
+    mesh.normals.push_back(normal);
+  }
+  mesh.counts.triangles = m.n_triangles;
+  return mesh;
+}
+
+void set_device_mesh(parian_renderer& r, const parian_mesh& m) {
+  if (m.positions || m.positions_double || m.indices || m.normals)
+    refuse("mesh: it has both buffers and pointers to host memory; give one kind");
+  if (!m.position_buffer || !m.index_buffer) refuse("mesh: one of its two buffers is NULL; give both");
+  parian::DeviceMesh mesh{buffer_of(r, m.position_buffer, "position_buffer"), buffer_of(r, m.index_buffer, "index_buffer"),
+                          words(m.position_offset, "position_offset"),
+                          words(m.position_stride ? m.position_stride : 12, "position_stride"),
+                          words(m.index_offset, "index_offset")};
+  if (mesh.position_stride < 3) refuse("position_stride: it is below the 12 bytes of a position");
+  require_bytes(mesh.positions, m.position_offset + (m.n_positions - std::size_t{1}) * mesh.position_stride * 4 + 12,
+                "position_buffer");
+  require_bytes(mesh.indices, m.index_offset + std::size_t{12} * m.n_triangles, "index_buffer");
+  r.scene.mesh = {};
+  r.scene.on_device = {m.n_positions, m.n_triangles, vec3(m.centre), m.radius};
+  r.device_mesh = std::move(mesh);
+}
+
+parian::Settings settings_of(const parian_settings& s) {
+  parian::Settings t;
+  const auto within = [](const char* name, std::uint32_t value, std::uint32_t least, std::uint32_t most) {
+    if (value < least || value > most) refuse(fmt::format("settings: {} is {}; give {} to {}", name, value, least, most));
+    return value;
+  };
+  if (!(s.error >= 0 && std::isfinite(s.error))) refuse(fmt::format("settings: error is {}; give 0 or more", s.error));
+  if (!(s.disc_radius >= 0 && std::isfinite(s.disc_radius)))
+    refuse(fmt::format("settings: disc_radius is {}; give 0 or more", s.disc_radius));
+  t.error = s.error;
+  t.layers = within("layers", s.layers, 1, 1024);
+  t.layer_size = within("layer_size", s.layer_size, 1, 16384);
+  t.light_map_size = within("light_map_size", s.light_map_size, 1, 16384);
+  t.light_map_shift = s.light_map_shift != 0;
+  t.samples = within("samples", s.samples, 2, 1U << 20);
+  if (t.samples % 2 != 0) refuse(fmt::format("settings: samples is {}; give an even number", t.samples));
+  t.model = one_of<parian::Model>(s.model, "settings: model");
+  t.estimator = one_of<parian::Estimator>(s.estimator, "settings: estimator");
+  t.disc_radius = s.disc_radius;
+  t.gather = one_of<parian::Gather>(s.views, "settings: views");
+  t.still = s.fixed_cameras != 0;
+  if (!t.still && t.gather == parian::Gather::camera)
+    refuse("settings: views is PARIAN_CAMERA, where cameras may move; set fixed_cameras too");
+  t.pyramids = s.pyramids != 0;
+  t.seed = s.seed;
+  t.frames = within("frames", s.frames, 1, 0xffffffffU);
+  t.force = s.force != 0;
+  t.time_stages = s.time_stages != 0;
+  for (std::string names = s.keep ? s.keep : ""; !names.empty();) {
+    const std::size_t comma = names.find(',');
+    t.keep.insert(names.substr(0, comma));
+    names = comma == std::string::npos ? "" : names.substr(comma + 1);
+  }
+  return t;
+}
+
+void require_complete(const parian_renderer& r) {
+  const auto missing = [](const char* what, const char* call) {
+    throw NotPlanned{fmt::format("{}: not set yet; call {} first", what, call)};
+  };
+  if (!r.has_mesh) missing("mesh", "parian_set_mesh");
+  if (!r.has_material) missing("material", "parian_set_material");
+  if (!r.has_lights) missing("lights", "parian_set_lights");
+  if (!r.has_cameras) missing("cameras", "parian_set_cameras");
+}
+
+/// The plan, with commands going to `queue` after `wait`.
+parian::Renderer& planned(parian_renderer& r, cl_command_queue queue, cl_uint n_wait = 0,
+                          const cl_event* wait = nullptr) {
+  if (!r.planned) throw NotPlanned{"something changed that needs a new plan; call parian_plan first, which waits"};
+  if ((n_wait > 0) != (wait != nullptr)) refuse("wait list: its length and its pointer disagree");
+  std::vector<cl::Event> events;
+  for (cl_uint i = 0; i < n_wait; ++i) {
+    if (!wait[i]) refuse(fmt::format("wait list: event {} is NULL", i));
+    events.emplace_back(wait[i], true);
+  }
+  r.compute->use(queue, std::move(events));
+  return *r.planned;
+}
+
+/// Ends a call that enqueued something.
+void submit(parian_renderer& r, cl_event* event) {
+  cl::Event done = r.compute->submit();
+  if (!event) return;
+  *event = done();
+  done() = nullptr;  // the caller's now
+}
+
+void require_camera(const parian_renderer& r, std::size_t camera) {
+  if (camera >= r.scene.cameras.size())
+    refuse(fmt::format("camera: {} of {}; they are numbered from 0", camera, r.scene.cameras.size()));
+}
+
+parian_seconds seconds_of(const parian::Seconds& s) {
+  return {s.plan, s.compile, s.light_map, s.layers, s.pyramids, s.gather, s.bias, s.read};
+}
+
+template <class T>
+const T& at(const std::vector<T>& list, std::size_t i, const char* what) {
+  if (i >= list.size())
+    refuse(fmt::format("{}: {} of {}; parian_get_statistics makes the list", what, i, list.size()));
+  return list[i];
+}
+
+parian_status text_at(const parian_renderer* renderer, std::vector<std::string> Texts::*list, std::size_t i,
+                      const char* what, const char** text) {
+  return with(renderer, [&](const parian_renderer& r) {
+    if (!text) refuse("text: it is NULL; give a place for the pointer");
+    *text = at(r.texts.*list, i, what).c_str();
+  });
+}
+
+}  // namespace
+
+extern "C" {
+
+const char* parian_version(void) { return parian::version; }
+const char* parian_message(void) { return last_failure.message.c_str(); }
+cl_int parian_opencl_code(void) { return last_failure.code; }
+
+parian_status parian_create(const parian_create_info* given, parian_renderer** renderer) {
+  return caught([&] {
+    const parian_create_info info = taken(given, "create_info");
+    if (!renderer) refuse("renderer: it is NULL; give a place for the pointer");
+    if ((info.context != nullptr) != (info.device != nullptr))
+      refuse("create_info: one of context and device is NULL; give both or none");
+    auto r = std::make_unique<parian_renderer>();
+    r->compute = info.context ? std::make_shared<parian::Compute>(info.context, info.device)
+                              : std::make_shared<parian::Compute>(info.selector ? info.selector : "");
+    r->settings.still = r->settings.time_stages = false;
+    if (info.cancel) r->compute->ask([cancel = info.cancel, user = info.user] { return cancel(user) != 0; });
+    *renderer = r.release();
+  });
+}
+
+void parian_release(parian_renderer* renderer) {
+  if (!renderer) return;
+  static_cast<void>(caught([&] { undo_plan(*renderer); }));
+  delete renderer;
+}
+
+parian_status parian_get_opencl(const parian_renderer* renderer, cl_context* context, cl_device_id* device) {
+  return with(renderer, [&](const parian_renderer& r) {
+    if (context) *context = r.compute->context()();
+    if (device) *device = r.compute->device()();
+  });
+}
+
+parian_status parian_default_settings(parian_settings* settings) {
+  return caught([&] {
+    const parian::Settings d;
+    parian_settings s{};
+    s.error = d.error;
+    s.layers = d.layers;
+    s.layer_size = d.layer_size;
+    s.light_map_size = d.light_map_size;
+    s.light_map_shift = d.light_map_shift;
+    s.samples = d.samples;
+    s.pyramids = d.pyramids;
+    s.seed = d.seed;
+    s.frames = d.frames;
+    give(settings, s, "settings");
+  });
+}
+
+parian_status parian_set_settings(parian_renderer* renderer, const parian_settings* settings) {
+  return with(renderer, [&](parian_renderer& r) {
+    r.settings = settings_of(taken(settings, "settings"));
+    undo_plan(r);
+  });
+}
+
+parian_status parian_set_mesh(parian_renderer* renderer, const parian_mesh* mesh) {
+  return with(renderer, [&](parian_renderer& r) {
+    const parian_mesh m = taken(mesh, "mesh");
+    if (m.n_positions == 0 || m.n_triangles == 0)
+      throw Error(ErrorKind::input, fmt::format("mesh: it has {} positions and {} triangles; give at least one triangle",
+                                                m.n_positions, m.n_triangles));
+    one_of<parian_normals>(m.normals_kind, "mesh: normals_kind");
+    if (m.position_buffer || m.index_buffer) {
+      set_device_mesh(r, m);
+    } else {
+      parian::Mesh host = host_mesh(m);
+      r.scene.mesh = std::move(host);
+      r.scene.on_device.reset();
+      r.device_mesh.reset();
+    }
+    r.for_one_plan = m.for_one_plan != 0;
+    r.has_mesh = true;
+    undo_plan(r);
+  });
+}
+
+parian_status parian_set_material(parian_renderer* renderer, const parian_material* material) {
+  return with(renderer, [&](parian_renderer& r) {
+    const parian_material m = taken(material, "material");
+    const parian::Material checked{"material", vec3(m.sigma_s), vec3(m.sigma_a), vec3(m.g), m.ior};
+    parian::validate(checked, "material");
+    r.scene.material = checked;
+    r.has_material = true;
+    undo_plan(r);
+  });
+}
+
+parian_status parian_set_lights(parian_renderer* renderer, size_t n, const parian_light* lights) {
+  return with(renderer, [&](parian_renderer& r) {
+    if (n > 0 && !lights) refuse("lights: it is NULL; give an array");
+    std::vector<parian::DirectionalLight> all;
+    const auto* next = reinterpret_cast<const unsigned char*>(lights);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto* given = reinterpret_cast<const parian_light*>(next);
+      const parian_light l = taken(given, "light");
+      all.push_back({vec3(l.towards), vec3(l.irradiance)});
+      next += given->struct_size;
+    }
+    parian::check_lights(all);
+    if (r.planned && !r.planned->set_lights(all)) undo_plan(r);
+    r.scene.lights = std::move(all);
+    r.has_lights = true;
+  });
+}
+
+parian_status parian_set_cameras(parian_renderer* renderer, size_t n, const parian_camera* cameras, uint32_t width,
+                                 uint32_t height) {
+  return with(renderer, [&](parian_renderer& r) {
+    if (n == 0 || !cameras) refuse("cameras: none given; give at least one");
+    std::vector<parian::Camera> all;
+    const auto* next = reinterpret_cast<const unsigned char*>(cameras);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto* given = reinterpret_cast<const parian_camera*>(next);
+      const parian_camera c = taken(given, "camera");
+      all.push_back({vec3(c.eye), vec3(c.target), vec3(c.up), c.fov});
+      next += given->struct_size;
+    }
+    parian::check_cameras(all, {width, height});
+    if (r.planned && r.settings.still) undo_plan(r);
+    if (r.planned) {
+      r.compute->use(nullptr, {});
+      r.planned->set_cameras(all, {width, height});
+    }
+    r.scene.cameras = std::move(all);
+    r.scene.film = {width, height};
+    r.has_cameras = true;
+  });
+}
+
+parian_status parian_positions_changed(parian_renderer* renderer) {
+  return with(renderer, [&](parian_renderer& r) {
+    if (r.has_mesh && !r.device_mesh) refuse("mesh: it is a copy in host memory; set it again");
+    if (r.planned) r.planned->positions_changed();
+  });
+}
+
+parian_status parian_restart(parian_renderer* renderer) {
+  return with(renderer, [&](parian_renderer& r) {
+    if (r.planned) r.planned->restart();
+  });
+}
+
+parian_status parian_scratch_size(parian_renderer* renderer, size_t* bytes) {
+  return with(renderer, [&](parian_renderer& r) {
+    if (!bytes) refuse("bytes: it is NULL; give a place for the number");
+    require_complete(r);
+    parian::Settings settings = r.settings;
+    settings.force = true;  // the caller sees to it that there is enough
+    *bytes = parian::make_plan(r.scene, settings, r.compute->info()).bytes + parian::scratch_slack;
+  });
+}
+
+parian_status parian_set_scratch(parian_renderer* renderer, cl_mem scratch) {
+  return with(renderer, [&](parian_renderer& r) {
+    cl::Buffer buffer;
+    if (scratch) buffer = buffer_of(r, scratch, "scratch");
+    undo_plan(r);
+    r.compute->take_scratch(buffer);
+  });
+}
+
+parian_status parian_plan(parian_renderer* renderer, cl_command_queue queue) {
+  return with(renderer, [&](parian_renderer& r) {
+    require_complete(r);
+    if (r.scene.mesh.triangles.empty() && !r.scene.on_device)
+      throw NotPlanned{"mesh: it was for one plan; call parian_set_mesh again"};
+    undo_plan(r);
+    r.compute->use(queue, {});
+    parian::Scene scene;
+    if (r.for_one_plan && !r.device_mesh) {
+      scene.mesh = std::move(r.scene.mesh);
+      r.scene.mesh = {};
+    } else {
+      scene.mesh = r.scene.mesh;
+    }
+    scene.on_device = r.scene.on_device;
+    scene.material = r.scene.material;
+    scene.lights = r.scene.lights;
+    scene.cameras = r.scene.cameras;
+    scene.film = r.scene.film;
+    r.planned = std::make_unique<parian::Renderer>(std::move(scene), r.settings, r.compute,
+                                                   r.device_mesh ? &*r.device_mesh : nullptr);
+  });
+}
+
+parian_status parian_frame(parian_renderer* renderer, cl_command_queue queue, cl_uint n_wait, const cl_event* wait,
+                           cl_event* event) {
+  return with(renderer, [&](parian_renderer& r) {
+    planned(r, queue, n_wait, wait).frame();
+    submit(r, event);
+  });
+}
+
+parian_status parian_gather(parian_renderer* renderer, cl_command_queue queue, size_t camera, const parian_image* image,
+                            cl_uint n_wait, const cl_event* wait, cl_event* event) {
+  return with(renderer, [&](parian_renderer& r) {
+    const parian_image given = taken(image, "image");
+    require_camera(r, camera);
+    if (!given.buffer) refuse("image: its buffer is NULL; give one");
+    parian::ImageTarget target{buffer_of(r, given.buffer, "image")};
+    const std::size_t row = std::size_t{16} * r.scene.film.x;
+    const std::size_t pitch = given.row_pitch ? given.row_pitch : row;
+    if (given.offset % 16 || pitch % 16) refuse("image: offset and row_pitch must be multiples of 16 bytes");
+    if (pitch < row) refuse(fmt::format("image: row_pitch is {} bytes and needs {}", pitch, row));
+    require_bytes(target.buffer, given.offset + (r.scene.film.y - std::size_t{1}) * pitch + row, "image");
+    if (given.offset / 16 > 0xffffffffU || pitch / 16 * r.scene.film.y > 0xffffffffU)
+      refuse("image: more than 2^32 pixels; give less");
+    if (target.buffer.getInfo<CL_MEM_FLAGS>() & CL_MEM_READ_ONLY) refuse("image: kernels may not write its buffer");
+    if (given.positions > 64) refuse(fmt::format("image: {} subpixel positions; give 1 to 64", given.positions));
+    if (!std::isfinite(given.exposure)) refuse("image: exposure is not finite; give stops");
+    target.first = static_cast<cl_uint>(given.offset / 16);
+    target.pitch = static_cast<cl_uint>(pitch / 16);
+    target.positions = given.positions ? given.positions : 64;
+    target.gain = std::exp2(given.exposure);
+    parian::Renderer& renders = planned(r, queue, n_wait, wait);
+    if (renders.frames() == 0) throw NotPlanned{"no frame has been summed yet; call parian_frame first"};
+    renders.gather_into(camera, target);
+    submit(r, event);
+  });
+}
+
+parian_status parian_estimate_due(const parian_renderer* renderer, uint32_t* due) {
+  return with(renderer, [&](const parian_renderer& r) {
+    if (!due) refuse("due: it is NULL; give a place for the answer");
+    *due = r.planned && r.planned->checkpoint();
+  });
+}
+
+parian_status parian_estimate(parian_renderer* renderer, cl_command_queue queue, double* relmse) {
+  return with(renderer, [&](parian_renderer& r) {
+    parian::Renderer& renders = planned(r, queue);
+    if (renders.frames() == 0) throw NotPlanned{"no frame has been summed yet; call parian_frame first"};
+    const double estimated = renders.estimate();
+    if (relmse) *relmse = estimated;
+  });
+}
+
+parian_status parian_read(parian_renderer* renderer, cl_command_queue queue, size_t camera, float* rgba,
+                          double* relmse) {
+  return with(renderer, [&](parian_renderer& r) {
+    require_camera(r, camera);
+    if (!rgba) refuse("rgba: it is NULL; give room for four floats a pixel");
+    parian::Renderer& renders = planned(r, queue);
+    if (renders.frames() == 0) throw NotPlanned{"no frame has been summed yet; call parian_frame first"};
+    const parian::Image image = renders.image(camera);
+    std::copy(image.rgba.begin(), image.rgba.end(), rgba);
+    if (relmse) *relmse = image.estimated_relmse;
+  });
+}
+
+parian_status parian_get_statistics(parian_renderer* renderer, parian_statistics* statistics) {
+  return with(renderer, [&](parian_renderer& r) {
+    parian_statistics s{};
+    s.estimated_relmse = s.estimated_bias_relmse = s.layers_covered = -1.0;
+    r.texts = {};
+    if (r.planned) {
+      const parian::Statistics& t = r.planned->statistics();
+      r.texts = {t.left_out, t.warnings, r.planned->explanation()};
+      s.frames = t.frames;
+      s.layers_count = t.layers_count;
+      s.layers_size = t.layers_size;
+      s.layers_covered = t.layers_covered;
+      s.layers_texels = t.layers_texels;
+      s.layers_texels_evaluated = t.layers_texels_evaluated;
+      s.fallback_pixels = t.fallback_pixels;
+      s.evaluations = t.evaluations;
+      s.bias_evaluations = t.bias_evaluations;
+      s.estimated_relmse = t.estimated_relmse;
+      s.estimated_bias_relmse = t.estimated_bias_relmse;
+      s.bytes_peak = t.bytes_peak;
+      s.bytes_planned = t.bytes_planned;
+      s.nonfinite = t.nonfinite;
+      s.seconds = seconds_of(t.seconds);
+      s.kernel_seconds = seconds_of(t.kernel_seconds);
+    }
+    s.n_omissions = r.texts.omissions.size();
+    s.n_warnings = r.texts.warnings.size();
+    s.n_explanations = r.texts.explanation.size();
+    give(statistics, s, "statistics");
+  });
+}
+
+parian_status parian_get_omission(const parian_renderer* renderer, size_t i, parian_omission* omission) {
+  return with(renderer, [&](const parian_renderer& r) {
+    const parian::Omission& o = at(r.texts.omissions, i, "omission");
+    give(omission, parian_omission{0, o.what.c_str(), o.why.c_str(), o.unit.c_str(), o.count}, "omission");
+  });
+}
+
+parian_status parian_get_warning(const parian_renderer* renderer, size_t i, const char** text) {
+  return text_at(renderer, &Texts::warnings, i, "warning", text);
+}
+
+parian_status parian_get_explanation(const parian_renderer* renderer, size_t i, const char** text) {
+  return text_at(renderer, &Texts::explanation, i, "explanation", text);
+}
+
+}  // extern "C"

@@ -1,0 +1,150 @@
+// What an embedder may change between frames, and images that stay on the device: nothing here waits or reads back.
+#include <cmath>
+
+#include "image_target.hpp"
+#include "renderer_state.hpp"
+#include "visibility.hpp"
+
+namespace parian {
+namespace {
+
+constexpr double longest_launch = 0.05;  // seconds, of launches that a frame is cut into
+
+/// Lights that take part, of those given.
+std::vector<DirectionalLight> active(const std::vector<DirectionalLight>& lights, const Settings& settings) {
+  std::vector<DirectionalLight> some;
+  for (const DirectionalLight& l : lights)
+    if (l.irradiance.x + l.irradiance.y + l.irradiance.z > 0.0 || kept(settings, "dark-lights")) some.push_back(l);
+  return some;
+}
+
+}  // namespace
+
+/// Layers for cameras that may go anywhere: all covered texels count as needed, and the device itself lists them.
+void Renderer::State::plan_live_layers() {
+  SurfaceSight sight;
+  std::vector<kernels::View> views;
+  if (device_mesh) {
+    const std::vector<glm::dvec3> sphere = sphere_points();
+    for (const glm::dvec3& d : even_directions(settings.layers))
+      views.push_back(orthographic_view(sphere, d, settings.layer_size));
+  } else {
+    views = place_layers(passes, scene.mesh.positions, scene.mesh.triangles, settings.layers, settings.layer_size, sight);
+  }
+  for (std::size_t k = 0; k < views.size(); ++k) views[k].number = static_cast<cl_uint>(k);
+  make_layers(passes, views, plan.pyramids);
+  statistics.layers_covered = device_mesh ? -1.0 : layer_coverage(passes, sight);
+  allocate_points(passes, passes.layers.level_first[1]);
+  list_covered(passes);
+  find_centres(passes);
+  const cl_uint listed = compute.read<cl_uint>(passes.layers.n_listed, 1)[0];
+  count_layers(listed, listed);
+}
+
+/// How many points a launch may take, from how long a few take: no launch may look to a watchdog like a hang, and
+/// cancelling should not take long.
+void Renderer::State::measure_rate() {
+  const std::size_t items = std::min<std::size_t>(accumulate_items(passes), 512);
+  double seconds = 0.0;
+  for (int i = 0; i < 2; ++i) {  // the first compiles
+    seconds = 0.0;
+    const Timer timer(seconds);
+    try_accumulate(passes, items);
+    compute.finish();
+  }
+  compute.limit("layers_accumulate", static_cast<std::size_t>(static_cast<double>(items) * longest_launch / seconds));
+}
+
+void Renderer::State::apply_changes() {
+  if (!(moved || relit || anew)) return;
+  if (moved) read_geometry(passes, *device_mesh);
+  if (moved) passes.film.drawn.reset();
+  for (std::size_t l = 0; l < plan.lights.size(); ++l) {
+    kernels::Light& light = passes.light_maps.lights[l];
+    const glm::dvec3 e = plan.lights[l].light.irradiance / static_cast<double>(plan.lights[l].samples);
+    light.irradiance = {static_cast<float>(e.x), static_cast<float>(e.y), static_cast<float>(e.z), 0.0F};
+    if (relit)
+      light.view = orthographic_view(sphere_points(), plan.lights[l].light.towards, passes.light_maps.size);
+  }
+  compute.assign(passes.light_maps.lights_buffer, passes.light_maps.lights);
+  if (moved || relit) draw_light_maps(passes, 0, settings.light_map_shift);
+  if (moved || relit) epoch = 0;
+  if (moved) draw_layers(passes);
+  if (moved) list_covered(passes);
+  if (moved || relit) find_centres(passes);
+  frame = estimated_at = level = 0;
+  statistics.estimated_relmse = statistics.estimated_bias_relmse = -1.0;
+  moved = relit = anew = false;
+}
+
+void Renderer::set_cameras(const std::vector<Camera>& cameras, glm::uvec2 film) {
+  State& s = *state_;
+  std::vector<kernels::View> views;
+  for (const Camera& camera : cameras) views.push_back(pinhole_view(camera, s.plan.space, film));
+  with_device_errors(s.compute.info(), [&] {
+    if (film != s.scene.film) {
+      s.scene.film = film;
+      s.passes.film.drawn.reset();
+      s.allocate_film();
+    }
+  });
+  s.scene.cameras = cameras;
+  s.cameras = std::move(views);
+}
+
+bool Renderer::set_lights(const std::vector<DirectionalLight>& lights) {
+  State& s = *state_;
+  const std::vector<DirectionalLight> now = active(lights, s.settings);
+  if (now.size() != s.plan.lights.size()) return false;
+  bool turned = false, same_colour = true;
+  glm::dvec3 ratio(-1.0);
+  for (std::size_t l = 0; l < now.size(); ++l) {
+    const DirectionalLight& planned = s.plan.lights[l].light;
+    turned = turned || now[l].towards != planned.towards;
+    for (int c = 0; c < 3; ++c) {
+      const double before = planned.irradiance[c], after = now[l].irradiance[c];
+      if (before == 0.0 && after == 0.0) continue;
+      const double r = before > 0.0 ? after / before : -1.0;
+      same_colour = same_colour && r >= 0.0 && (ratio[c] < 0.0 || std::abs(r - ratio[c]) <= 1e-12 * ratio[c]);
+      ratio[c] = r;
+    }
+  }
+  if (turned && s.settings.still) return false;
+  if (same_colour && !turned) {
+    for (int c = 0; c < 3; ++c) s.colour[c] = ratio[c] < 0.0 ? 1.0 : ratio[c];
+    return true;
+  }
+  for (std::size_t l = 0; l < now.size(); ++l) s.plan.lights[l].light = now[l];
+  s.colour = glm::dvec3(1.0);
+  s.relit = s.relit || turned;
+  s.anew = true;
+  return true;
+}
+
+void Renderer::positions_changed() { state_->moved = true; }
+
+void Renderer::restart() { state_->anew = true; }
+
+void Renderer::gather_into(std::size_t camera, const ImageTarget& target) {
+  State& s = *state_;
+  with_device_errors(s.compute.info(), [&] {
+    // Before an estimate says which level shows least error: a level for each quarter of sixteen frames.
+    cl_uint level = s.level;
+    if (s.estimated_at == 0)
+      for (std::uint32_t frames = s.frame; frames < 16; frames *= 4) ++level;
+    level = s.plan.pyramids ? std::min(level, s.passes.layers.levels - 1) : 0;
+    build_pyramids(s.passes, level);
+    const float per_position = 1.0F / static_cast<float>(target.positions);
+    const glm::vec3 gain(s.colour * static_cast<double>(target.gain));
+    for (const kernels::Window& w : tiles(s.scene.film, s.plan.window)) {
+      const std::size_t pixels = std::size_t{w.width} * w.height;
+      s.compute.fill(s.passes.film.sums, 0, pixels * 8);
+      s.gather_window(camera, w, {level}, target.positions);
+      s.compute.launch("gather_image", pixels, Stage::gather, w, s.passes.film.sums,
+                       kernels::float4{gain.x, gain.y, gain.z, 0.0F}, per_position, target.first, target.pitch,
+                       target.buffer);
+    }
+  });
+}
+
+}  // namespace parian
