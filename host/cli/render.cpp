@@ -9,7 +9,7 @@
 #include "commands.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
-#include "renderer.hpp"
+#include "rendering.hpp"
 #include "statistics.hpp"
 #include "whole_file.hpp"
 
@@ -99,18 +99,18 @@ std::string render_frames(Renderer& renderer, const Settings& settings, Progress
   const Clock clock;
   double error = -1;
   int below = 0;
-  for (;;) {
+  for (std::uint32_t frames = 1;; ++frames) {
     renderer.frame();
-    const bool estimated = renderer.checkpoint();
+    const bool estimated = renderer.estimate_due();
     if (estimated) {
       error = renderer.estimate();
       below = error >= 0 && error < settings.error ? below + 1 : 0;
     }
     const double seconds = clock.seconds();
-    progress.update(renderer.frames(), error, seconds);
+    progress.update(frames, error, seconds);
     if (below >= checkpoints_below) return "error";
     const char* stopped_by = interrupted()                                   ? "interrupt"
-                             : renderer.frames() >= settings.frames          ? "frames"
+                             : frames >= settings.frames          ? "frames"
                              : settings.time > 0 && seconds >= settings.time ? "time"
                                                                              : nullptr;
     if (!stopped_by) continue;
@@ -124,11 +124,11 @@ std::vector<std::string> write_images(Renderer& renderer, const Input& input, co
   PictureNotes notes;
   notes.device = renderer.device().name;
   notes.settings = fmt::format("material={} {}", input.scene.material.name, describe(input.settings));
-  notes.frames = renderer.frames();
+  notes.frames = renderer.statistics().frames;
   std::vector<std::string> written;
   const bool many = !options.input.cameras.empty();
   for (std::size_t camera = 0; camera < input.scene.cameras.size(); ++camera) {
-    const Image image = renderer.image(camera);
+    const Image image = read_image(renderer, camera, input.scene.film);
     notes.estimated_relmse = image.estimated_relmse;
     for (const std::string& output : options.outputs) {
       written.push_back(many ? numbered(output, camera) : output);
@@ -138,22 +138,8 @@ std::vector<std::string> write_images(Renderer& renderer, const Input& input, co
   return written;
 }
 
-/// The scene for the renderer. The geometry goes with it, since at millions of triangles each copy counts.
-Scene take_scene(Input& input) {
-  Mesh& mesh = input.scene.mesh;
-  auto positions = std::move(mesh.positions);
-  auto triangles = std::move(mesh.triangles);
-  auto normals = std::move(mesh.normals);
-  Scene scene = input.scene;
-  scene.mesh.positions = std::move(positions);
-  scene.mesh.triangles = std::move(triangles);
-  scene.mesh.normals = std::move(normals);
-  return scene;
-}
-
-void print_input(const Input& input, const Renderer& renderer) {
+void print_input(const Input& input, const DeviceInfo& device) {
   const MeshCounts& counts = input.scene.mesh.counts;
-  const DeviceInfo& device = renderer.device();
   fmt::print(stderr, "parian: {} triangles in {} parts, from {} faces; material {}; {} lights; {} cameras\n",
              counts.triangles, counts.parts, counts.faces_read, input.scene.material.name, input.scene.lights.size(),
              input.scene.cameras.size());
@@ -179,7 +165,7 @@ std::vector<std::string> render_scene(Renderer& renderer, const Input& input, co
     stopped_by = render_frames(renderer, input.settings, progress);
     written = write_images(renderer, input, options, exposure);
   }
-  done = renderer.statistics();
+  done = statistics_of(renderer);
   done.stopped_by = stopped_by;
   return written;
 }
@@ -196,23 +182,29 @@ int run_render(const RenderOptions& options) {
   Input input = load_input(options.input.input, overrides);
   check_names(options, input.scene.cameras.size());
   const double loaded = clock.seconds();
-  Renderer renderer(take_scene(input), input.settings, options.input.device_selector(input.device));
-  Warnings warnings(input);
-  warnings.say(input.scene.mesh.warnings);
-  warnings.say(renderer.statistics().warnings);
-  if (options.verbose) print_input(input, renderer);
-  if (options.explain || options.dry_run) {
-    for (const std::string& line : renderer.explanation()) fmt::print("{}\n", line);
-    std::fflush(stdout);
-  }
   Statistics done;
-  const auto written =
-      render_scene(renderer, input, options, options.exposure.empty() ? input.exposure : *exposure, done);
+  std::vector<std::string> written;
+  DeviceInfo device;
+  Warnings warnings(input);
+  with_failures([&] {
+    Renderer renderer =
+        make_renderer(input.scene, input.settings, options.input.device_selector(input.device));
+    renderer.plan();
+    device = device_of(renderer);
+    warnings.say(input.scene.mesh.warnings);
+    warnings.say(renderer.warnings());
+    if (options.verbose) print_input(input, device);
+    if (options.explain || options.dry_run) {
+      for (const std::string& line : renderer.explanation()) fmt::print("{}\n", line);
+      std::fflush(stdout);
+    }
+    written = render_scene(renderer, input, options, options.exposure.empty() ? input.exposure : *exposure, done);
+  });
   warnings.say(done.warnings);
   done.warnings = warnings.said();
   done.seconds.load = loaded;
   done.seconds.total = clock.seconds();
-  if (!options.stats.empty()) write_text(options.stats, statistics_json(done, renderer.device(), input.scene.film));
+  if (!options.stats.empty()) write_text(options.stats, statistics_json(done, device, input.scene.film));
   if (options.verbose) print_seconds(done.seconds);
   if (!options.quiet && !options.dry_run) {
     fmt::print("{}: {} frames in {}, estimated relMSE {}, stopped by {}\n", fmt::join(written, ", "), done.frames,

@@ -3,7 +3,8 @@
 #include <glm/glm.hpp>
 #include <string>
 
-#include "renderer.hpp"
+#include "device.hpp"
+#include "scene.hpp"
 
 namespace parian {
 

@@ -133,6 +133,7 @@ parian_status with(const parian_renderer* renderer, F&& f) noexcept {
       } catch (...) {  // the failure that is reported came first
       }
     }());
+  r.compute->leave();
   r.busy.clear();
   return status;
 }
@@ -395,6 +396,16 @@ parian_status parian_get_opencl(const parian_renderer* renderer, cl_context* con
   });
 }
 
+parian_status parian_get_device(const parian_renderer* renderer, parian_device* device) {
+  return with(renderer, [&](const parian_renderer& r) {
+    const parian::DeviceInfo& i = r.compute->info();
+    give(device,
+         parian_device{0, i.name.c_str(), i.platform.c_str(), i.vendor.c_str(), i.driver.c_str(), i.version.c_str(),
+                       i.compute_units, i.vector_width, i.index},
+         "device");
+  });
+}
+
 parian_status parian_default_settings(parian_settings* settings) {
   return caught([&] {
     const parian::Settings d;
@@ -443,8 +454,8 @@ parian_status parian_set_mesh(parian_renderer* renderer, const parian_mesh* mesh
 parian_status parian_set_material(parian_renderer* renderer, const parian_material* material) {
   return with(renderer, [&](parian_renderer& r) {
     const parian_material m = taken(material, "material");
-    const parian::Material checked{"material", vec3(m.sigma_s), vec3(m.sigma_a), vec3(m.g), m.ior};
-    parian::validate(checked, "material");
+    const parian::Material checked{m.name ? m.name : "given", vec3(m.sigma_s), vec3(m.sigma_a), vec3(m.g), m.ior};
+    parian::validate(checked, "material '" + checked.name + "'");
     r.scene.material = checked;
     r.has_material = true;
     undo_plan(r);
@@ -483,10 +494,7 @@ parian_status parian_set_cameras(parian_renderer* renderer, size_t n, const pari
     }
     parian::check_cameras(all, {width, height});
     if (r.planned && r.settings.still) undo_plan(r);
-    if (r.planned) {
-      r.compute->use(nullptr, {});
-      r.planned->set_cameras(all, {width, height});
-    }
+    if (r.planned) r.planned->set_cameras(all, {width, height});
     r.scene.cameras = std::move(all);
     r.scene.film = {width, height};
     r.has_cameras = true;

@@ -228,7 +228,9 @@ void Compute::release_all() {
   running_.clear();
   parts_.clear();
   limits_.clear();
-  bytes_ = 0;
+  seconds_.clear();
+  table_.clear();
+  bytes_ = peak_ = 0;
 }
 
 void Compute::transfer(const cl::Buffer& b, bool to_device, std::size_t offset, std::size_t bytes, void* host) {

@@ -35,6 +35,8 @@ class Compute {
   void use(cl_command_queue queue, std::vector<cl::Event> wait);
   /// Flushes the queue; then the event that completes when everything enqueued has.
   [[nodiscard]] cl::Event submit();
+  /// Lets go of the queue.
+  void leave() { queue_ = own_queue_; }
   /// Asked before each launch; true throws Cancelled.
   void ask(std::function<bool()> cancelled) { cancelled_ = std::move(cancelled); }
   /// From now on, buffers are parts of this one; none may be in use.

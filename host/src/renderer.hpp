@@ -6,21 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "device.hpp"
 #include "scene.hpp"
 
 namespace parian {
-
-/// An OpenCL device as `parian devices` lists it.
-struct DeviceInfo {
-  std::uint32_t index = 0;  ///< what --device N takes
-  std::string name, platform, vendor, driver, version, type;
-  std::uint32_t compute_units = 0;
-  std::uint32_t vector_width = 0;                       ///< lanes Parian uses: 8 on CPUs, 1 on GPUs
-  std::uint64_t global_memory = 0, max_allocation = 0;  ///< bytes
-};
-
-/// All devices of all platforms, in the order that the ICD loader gives them; empty when there is none.
-[[nodiscard]] std::vector<DeviceInfo> list_devices();
 
 /// The stages that time is booked on; the names are those of Seconds.
 enum class Stage { plan, light_map, layers, pyramids, gather, bias };

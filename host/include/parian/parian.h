@@ -98,6 +98,17 @@ PARIAN_API void parian_release(parian_renderer* renderer);
 /* The renderer's context and device, not retained; either pointer may be NULL. */
 PARIAN_API parian_status parian_get_opencl(const parian_renderer* renderer, cl_context* context, cl_device_id* device);
 
+/* The device, as 'parian devices' lists it; texts are valid until release. */
+typedef struct parian_device {
+  size_t struct_size;
+  const char *name, *platform, *vendor, *driver, *version;
+  uint32_t compute_units;
+  uint32_t lanes; /* samples side by side in pass 2 */
+  uint32_t index; /* where Parian picked it: what a selector takes */
+} parian_device;
+
+PARIAN_API parian_status parian_get_device(const parian_renderer* renderer, parian_device* device);
+
 /* --- Scene --------------------------------------------------------------------------------------------------------*/
 
 typedef enum parian_normals {
@@ -144,6 +155,7 @@ typedef struct parian_material {
   double sigma_a[3]; /* absorption */
   double g[3];       /* mean cosine of scattering */
   double ior;        /* index of refraction relative to the outside */
+  const char* name;  /* for messages; may be NULL */
 } parian_material;
 
 typedef struct parian_light {

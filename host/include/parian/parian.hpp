@@ -93,6 +93,12 @@ class Renderer {
   ~Renderer() { parian_release(renderer_); }
   [[nodiscard]] parian_renderer* get() const noexcept { return renderer_; }
 
+  [[nodiscard]] parian_device device() const {
+    auto device = make<parian_device>();
+    require(parian_get_device(renderer_, &device));
+    return device;
+  }
+
   void set(const parian_settings& settings) { require(parian_set_settings(renderer_, &settings)); }
   void set(const parian_mesh& mesh) { require(parian_set_mesh(renderer_, &mesh)); }
   void set(const parian_material& material) { require(parian_set_material(renderer_, &material)); }
@@ -174,12 +180,12 @@ class Renderer {
 
  private:
   [[nodiscard]] std::vector<std::string> texts(std::size_t n,
-                                               parian_status (*get)(const parian_renderer*, std::size_t,
+                                               parian_status (*text_of)(const parian_renderer*, std::size_t,
                                                                     const char**)) const {
     std::vector<std::string> all;
     for (std::size_t i = 0; i < n; ++i) {
       const char* text = nullptr;
-      require(get(renderer_, i, &text));
+      require(text_of(renderer_, i, &text));
       all.emplace_back(text);
     }
     return all;
