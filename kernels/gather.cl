@@ -304,7 +304,8 @@ __kernel void gather_image(const Window window, __global const float4* restrict 
   if (i >= window.width * window.height) return;
   const float4 a = film[2 * i], b = film[2 * i + 1];
   const float3 light = (a.xyz + b.xyz) * (0.5f * per_position) * gain.xyz;
-  const float3 sound = select((float3)(0.0f), light, isgreater(light, (float3)(0.0f)) & isless(light, (float3)(FLT_MAX)));
+  const float3 sound =
+      select((float3)(0.0f), light, isgreater(light, (float3)(0.0f)) & isless(light, (float3)(FLT_MAX)));
   const size_t x = window.x + i % window.width, y = window.y + i / window.width;
   image[first + y * pitch + x] = (float4)(sound, a.w * per_position);
 }

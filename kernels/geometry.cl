@@ -2,8 +2,8 @@
 // that are safe to follow, and shading normals of corners. Sums of normals are in whole numbers, so that their order
 // doesn't matter.
 
-#define NORMAL_UNIT 0x1p20f      // of summed normals: radians of corners to 1e-6, 2000 of them before they overflow
-#define SMOOTH_COSINE 0.7660444f // of 40 degrees; corners more bent than that keep their triangle's normal
+#define NORMAL_UNIT 0x1p20f       // of summed normals: radians of corners to 1e-6, 2000 of them before they overflow
+#define SMOOTH_COSINE 0.7660444f  // of 40 degrees; corners more bent than that keep their triangle's normal
 
 // Positions in object units, (x - centre) / radius with the centre in two parts, and w = 1; 0 where one isn't finite.
 __kernel void geometry_positions(const uint n_positions, __global const float* source, const uint first,

@@ -110,7 +110,7 @@ std::string render_frames(Renderer& renderer, const Settings& settings, Progress
     progress.update(frames, error, seconds);
     if (below >= checkpoints_below) return "error";
     const char* stopped_by = interrupted()                                   ? "interrupt"
-                             : frames >= settings.frames          ? "frames"
+                             : frames >= settings.frames                     ? "frames"
                              : settings.time > 0 && seconds >= settings.time ? "time"
                                                                              : nullptr;
     if (!stopped_by) continue;
@@ -187,8 +187,7 @@ int run_render(const RenderOptions& options) {
   DeviceInfo device;
   Warnings warnings(input);
   with_failures([&] {
-    Renderer renderer =
-        make_renderer(input.scene, input.settings, options.input.device_selector(input.device));
+    Renderer renderer = make_renderer(input.scene, input.settings, options.input.device_selector(input.device));
     renderer.plan();
     device = device_of(renderer);
     warnings.say(input.scene.mesh.warnings);

@@ -122,7 +122,9 @@ parian_status with(const parian_renderer* renderer, F&& f) noexcept {
   if (r.busy.test_and_set())
     return failed(PARIAN_BUSY, "renderer: another call is inside it; use it from one thread at a time");
   const parian_status status = caught([&] {
-    if (r.lost) throw Error(ErrorKind::device, "the device was lost; release the renderer and make a new context", CL_INVALID_CONTEXT);
+    if (r.lost)
+      throw Error(ErrorKind::device, "the device was lost; release the renderer and make a new context",
+                  CL_INVALID_CONTEXT);
     f(r);
   });
   r.lost = r.lost || status == PARIAN_DEVICE_LOST;
@@ -255,8 +257,8 @@ void set_device_mesh(parian_renderer& r, const parian_mesh& m) {
   if (m.positions || m.positions_double || m.indices || m.normals)
     refuse("mesh: it has both buffers and pointers to host memory; give one kind");
   if (!m.position_buffer || !m.index_buffer) refuse("mesh: one of its two buffers is NULL; give both");
-  parian::DeviceMesh mesh{buffer_of(r, m.position_buffer, "position_buffer"), buffer_of(r, m.index_buffer, "index_buffer"),
-                          words(m.position_offset, "position_offset"),
+  parian::DeviceMesh mesh{buffer_of(r, m.position_buffer, "position_buffer"),
+                          buffer_of(r, m.index_buffer, "index_buffer"), words(m.position_offset, "position_offset"),
                           words(m.position_stride ? m.position_stride : 12, "position_stride"),
                           words(m.index_offset, "index_offset")};
   if (mesh.position_stride < 3) refuse("position_stride: it is below the 12 bytes of a position");
@@ -271,7 +273,8 @@ void set_device_mesh(parian_renderer& r, const parian_mesh& m) {
 parian::Settings settings_of(const parian_settings& s) {
   parian::Settings t;
   const auto within = [](const char* name, std::uint32_t value, std::uint32_t least, std::uint32_t most) {
-    if (value < least || value > most) refuse(fmt::format("settings: {} is {}; give {} to {}", name, value, least, most));
+    if (value < least || value > most)
+      refuse(fmt::format("settings: {} is {}; give {} to {}", name, value, least, most));
     return value;
   };
   if (!(s.error >= 0 && std::isfinite(s.error))) refuse(fmt::format("settings: error is {}; give 0 or more", s.error));
@@ -347,8 +350,7 @@ parian_seconds seconds_of(const parian::Seconds& s) {
 
 template <class T>
 const T& at(const std::vector<T>& list, std::size_t i, const char* what) {
-  if (i >= list.size())
-    refuse(fmt::format("{}: {} of {}; parian_get_statistics makes the list", what, i, list.size()));
+  if (i >= list.size()) refuse(fmt::format("{}: {} of {}; parian_get_statistics makes the list", what, i, list.size()));
   return list[i];
 }
 
@@ -434,8 +436,9 @@ parian_status parian_set_mesh(parian_renderer* renderer, const parian_mesh* mesh
   return with(renderer, [&](parian_renderer& r) {
     const parian_mesh m = taken(mesh, "mesh");
     if (m.n_positions == 0 || m.n_triangles == 0)
-      throw Error(ErrorKind::input, fmt::format("mesh: it has {} positions and {} triangles; give at least one triangle",
-                                                m.n_positions, m.n_triangles));
+      throw Error(ErrorKind::input,
+                  fmt::format("mesh: it has {} positions and {} triangles; give at least one triangle", m.n_positions,
+                              m.n_triangles));
     one_of<parian_normals>(m.normals_kind, "mesh: normals_kind");
     if (m.position_buffer || m.index_buffer) {
       set_device_mesh(r, m);

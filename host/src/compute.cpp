@@ -129,7 +129,8 @@ Compute::Compute(cl_context context, cl_device_id device) {
     if (std::none_of(devices.begin(), devices.end(), [&](const cl::Device& d) { return d() == device; }))
       throw Error(ErrorKind::usage, "device: '" + info_.name + "' isn't a device of the context; give one that is");
   } catch (const cl::Error& e) {
-    throw Error(ErrorKind::usage, "context or device: OpenCL doesn't know them (" + describe_cl_error(e) + ")", e.err());
+    throw Error(ErrorKind::usage, "context or device: OpenCL doesn't know them (" + describe_cl_error(e) + ")",
+                e.err());
   }
 }
 

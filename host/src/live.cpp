@@ -29,7 +29,8 @@ void Renderer::State::plan_live_layers() {
     for (const glm::dvec3& d : even_directions(settings.layers))
       views.push_back(orthographic_view(sphere, d, settings.layer_size));
   } else {
-    views = place_layers(passes, scene.mesh.positions, scene.mesh.triangles, settings.layers, settings.layer_size, sight);
+    views =
+        place_layers(passes, scene.mesh.positions, scene.mesh.triangles, settings.layers, settings.layer_size, sight);
   }
   for (std::size_t k = 0; k < views.size(); ++k) views[k].number = static_cast<cl_uint>(k);
   make_layers(passes, views, plan.pyramids);
@@ -63,8 +64,7 @@ void Renderer::State::apply_changes() {
     kernels::Light& light = passes.light_maps.lights[l];
     const glm::dvec3 e = plan.lights[l].light.irradiance / static_cast<double>(plan.lights[l].samples);
     light.irradiance = {static_cast<float>(e.x), static_cast<float>(e.y), static_cast<float>(e.z), 0.0F};
-    if (relit)
-      light.view = orthographic_view(sphere_points(), plan.lights[l].light.towards, passes.light_maps.size);
+    if (relit) light.view = orthographic_view(sphere_points(), plan.lights[l].light.towards, passes.light_maps.size);
   }
   compute.assign(passes.light_maps.lights_buffer, passes.light_maps.lights);
   if (moved || relit) draw_light_maps(passes, 0, settings.light_map_shift);

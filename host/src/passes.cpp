@@ -140,8 +140,7 @@ void draw_layers(Passes& p) {
 void release_layers(Passes& p) {
   Layers& k = p.layers;
   p.compute.finish();
-  for (cl::Buffer* b :
-       {&k.views_buffer, &k.level_first_buffer, &k.depth, &k.view_ids, &k.ids, &k.geometry, &k.slots})
+  for (cl::Buffer* b : {&k.views_buffer, &k.level_first_buffer, &k.depth, &k.view_ids, &k.ids, &k.geometry, &k.slots})
     p.compute.release(*b);
   k = {};
 }

@@ -11,9 +11,9 @@ namespace parian {
 
 /// The mesh on the device, and the rasteriser's buffers that every view uses in turn.
 struct Geometry {
-  cl::Buffer positions;  ///< float4 per vertex, object units
-  cl::Buffer triangles;  ///< 3 uint per triangle
-  cl::Buffer normals;    ///< 9 float per triangle: shading normals of its corners
+  cl::Buffer positions;    ///< float4 per vertex, object units
+  cl::Buffer triangles;    ///< 3 uint per triangle
+  cl::Buffer normals;      ///< 9 float per triangle: shading normals of its corners
   cl::Buffer normal_sums;  ///< of a mesh that lies on the device: 3 int per vertex
   cl::Buffer records, large, n_large;
   std::optional<kernels::View> set_up;  ///< of which the records are

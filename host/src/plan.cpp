@@ -292,8 +292,7 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
   plan.slots = plan.clipping ? 6 : 1;
   if (!plan.clipping)
     plan.left_out.push_back({"clipping", "the object lies inside every camera's near plane and guard band", "bytes",
-                             static_cast<double>(n_triangles(scene) * 5 * sizeof(kernels::RasterTriangle)),
-                             false});
+                             static_cast<double>(n_triangles(scene) * 5 * sizeof(kernels::RasterTriangle)), false});
   plan_gather(plan, scene, settings);
   plan.pyramids = settings.pyramids && planned_layers(plan, scene, settings).second != glm::uvec2(1);
 

@@ -56,10 +56,10 @@ struct Renderer::State {
   std::uint32_t estimated_at = 0;  // the frame of the last estimate
 
   // What has changed since the last frame, see live.cpp.
-  bool moved = false;        // the mesh
-  bool relit = false;        // directions of lights
-  bool anew = false;         // sums start again
-  glm::dvec3 colour{1.0};    // of the lights, relative to what has been summed
+  bool moved = false;      // the mesh
+  bool relit = false;      // directions of lights
+  bool anew = false;       // sums start again
+  glm::dvec3 colour{1.0};  // of the lights, relative to what has been summed
 
   std::uint64_t fallback_pixels = 0;  // of the last gather
   double direct_evaluations = 0.0;    // at pixels themselves

@@ -29,8 +29,9 @@ std::vector<std::vector<float>> sight_of(Passes& p, const std::vector<kernels::V
     p.compute.fill(nearest, NO_DEPTH, pixels);
     p.compute.fill(farthest, 0, pixels);
     p.compute.launch("raster_corners", g.n_positions, Stage::plan, view, g.positions, g.n_positions, g.records);
-    p.compute.launch("raster_sight", g.n_triangles, Stage::plan, tiles({view.width, view.height}, candidate_size).front(), g.records,
-                     g.triangles, g.n_triangles, nearest, farthest);
+    p.compute.launch("raster_sight", g.n_triangles, Stage::plan,
+                     tiles({view.width, view.height}, candidate_size).front(), g.records, g.triangles, g.n_triangles,
+                     nearest, farthest);
     p.compute.launch("layers_visibility", n, Stage::plan, view, nearest, farthest, n, points, first, quality);
     first += 2 * n;
   }

@@ -82,10 +82,10 @@ typedef int (*parian_cancel_callback)(void* user);
 
 typedef struct parian_create_info {
   size_t struct_size;
-  cl_context context;     /* the caller's: retained until release; or NULL: Parian makes one for a device it picks */
-  cl_device_id device;    /* of `context`; NULL where there is no context */
-  const char* selector;   /* without a context, which device: an index of 'parian devices', a part of "NAME PLATFORM" in
-                             any case, or NULL: a GPU before an accelerator before a CPU, then most compute units */
+  cl_context context;   /* the caller's: retained until release; or NULL: Parian makes one for a device it picks */
+  cl_device_id device;  /* of `context`; NULL where there is no context */
+  const char* selector; /* without a context, which device: an index of 'parian devices', a part of "NAME PLATFORM" in
+                           any case, or NULL: a GPU before an accelerator before a CPU, then most compute units */
   parian_cancel_callback cancel; /* may be NULL */
   void* user;                    /* passed to it */
 } parian_create_info;
@@ -112,7 +112,7 @@ PARIAN_API parian_status parian_get_device(const parian_renderer* renderer, pari
 /* --- Scene --------------------------------------------------------------------------------------------------------*/
 
 typedef enum parian_normals {
-  PARIAN_NORMALS_NONE = 0,      /* computed: angle-weighted, split at edges sharper than 40 degrees */
+  PARIAN_NORMALS_NONE = 0, /* computed: angle-weighted, split at edges sharper than 40 degrees */
   PARIAN_NORMALS_PER_VERTEX = 1,
   PARIAN_NORMALS_PER_CORNER = 2 /* three for each triangle */
 } parian_normals;
@@ -126,9 +126,9 @@ typedef enum parian_normals {
  *
  * Buffers: x, y, z as float at `position_offset` + i * `position_stride` bytes, multiples of 4; three uint of each
  * triangle at `index_offset` on, tightly packed. `centre` and `radius` are of a sphere that holds all positions at all
- * times; what leaves it is cut off from light maps and layers. Triangles with an index out of range or a coordinate that
- * isn't finite are not drawn. Normals are computed on the device: where a vertex' smooth normal is more than 40 degrees
- * off the triangle's, the triangle's own. */
+ * times; what leaves it is cut off from light maps and layers. Triangles with an index out of range or a coordinate
+ * that isn't finite are not drawn. Normals are computed on the device: where a vertex' smooth normal is more than 40
+ * degrees off the triangle's, the triangle's own. */
 typedef struct parian_mesh {
   size_t struct_size;
   uint32_t n_positions;
@@ -275,15 +275,15 @@ typedef struct parian_statistics {
   uint32_t layers_count, layers_size; /* size: texels along the longer side */
   double layers_covered;              /* share of the visible surface that at least one layer sees; -1: not known */
   uint64_t layers_texels, layers_texels_evaluated; /* of meshes in buffers: an upper bound */
-  uint64_t fallback_pixels;           /* of the last image read: points that no layer sees */
-  double evaluations;                 /* of S_d, for the pictures */
-  double bias_evaluations;            /* of S_d, for the estimate of bias */
-  double estimated_relmse;            /* negative: not known */
-  double estimated_bias_relmse;       /* negative: not known */
-  uint64_t bytes_peak, bytes_planned; /* of device memory */
-  uint64_t nonfinite;                 /* values that had to be set to 0 in images read */
-  parian_seconds seconds;             /* wall; by stage with settings.time_stages only */
-  parian_seconds kernel_seconds;      /* by events; 0 on queues without profiling */
+  uint64_t fallback_pixels;                        /* of the last image read: points that no layer sees */
+  double evaluations;                              /* of S_d, for the pictures */
+  double bias_evaluations;                         /* of S_d, for the estimate of bias */
+  double estimated_relmse;                         /* negative: not known */
+  double estimated_bias_relmse;                    /* negative: not known */
+  uint64_t bytes_peak, bytes_planned;              /* of device memory */
+  uint64_t nonfinite;                              /* values that had to be set to 0 in images read */
+  parian_seconds seconds;                          /* wall; by stage with settings.time_stages only */
+  parian_seconds kernel_seconds;                   /* by events; 0 on queues without profiling */
   size_t n_omissions, n_warnings, n_explanations;
 } parian_statistics;
 

@@ -102,7 +102,9 @@ class Renderer {
   void set(const parian_settings& settings) { require(parian_set_settings(renderer_, &settings)); }
   void set(const parian_mesh& mesh) { require(parian_set_mesh(renderer_, &mesh)); }
   void set(const parian_material& material) { require(parian_set_material(renderer_, &material)); }
-  void set(std::span<const parian_light> lights) { require(parian_set_lights(renderer_, lights.size(), lights.data())); }
+  void set(std::span<const parian_light> lights) {
+    require(parian_set_lights(renderer_, lights.size(), lights.data()));
+  }
   void set(const parian_light& light) { set(std::span(&light, 1)); }
   void set(std::span<const parian_camera> cameras, std::uint32_t width, std::uint32_t height) {
     require(parian_set_cameras(renderer_, cameras.size(), cameras.data(), width, height));
@@ -181,7 +183,7 @@ class Renderer {
  private:
   [[nodiscard]] std::vector<std::string> texts(std::size_t n,
                                                parian_status (*text_of)(const parian_renderer*, std::size_t,
-                                                                    const char**)) const {
+                                                                        const char**)) const {
     std::vector<std::string> all;
     for (std::size_t i = 0; i < n; ++i) {
       const char* text = nullptr;
