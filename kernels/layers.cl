@@ -269,14 +269,15 @@ __kernel void layers_resolve(const View view, __global const uint* restrict ids,
 }
 
 // The needed texels' points: (x, texel) and (n_s, 0), and where their samples are centred: light after light.
-__kernel void layers_points(__constant View* views, const uint n_points, __global const uint* restrict needed,
-                            __global const uint* restrict ids, __global const float4* restrict positions,
-                            __global const uint* restrict triangles, __global const float* restrict normals,
-                            __constant Light* lights, __global const float4* restrict map, const Boundary boundary,
-                            const Density density, __global const float2* restrict rho,
-                            __global const float2* restrict extent, __constant uint* level_first, const uint levels,
-                            const uint n_lights, __global float4* restrict points, __global float4* restrict centres) {
-  const uint i = (uint)get_global_id(0);
+__kernel void layers_points(__constant View* views, __global const uint* restrict n_needed,
+                            __global const uint* restrict needed, __global const uint* restrict ids,
+                            __global const float4* restrict positions, __global const uint* restrict triangles,
+                            __global const float* restrict normals, __constant Light* lights,
+                            __global const float4* restrict map, const Boundary boundary, const Density density,
+                            __global const float2* restrict rho, __global const float2* restrict extent,
+                            __constant uint* level_first, const uint levels, const uint n_lights,
+                            __global float4* restrict points, __global float4* restrict centres) {
+  const uint i = (uint)get_global_id(0), n_points = n_needed[0];
   if (i >= n_points) return;
   const uint texel = needed[i], size = views[0].width * views[0].height, layer = texel / size, t = texel % size;
   const View view = views[layer];
@@ -291,15 +292,17 @@ __kernel void layers_points(__constant View* views, const uint n_points, __globa
 
 // Some rounds of samples of one light for both halves of every point: values[2 i + half] sums them, RGB, and what was
 // there before.
-__kernel void layers_accumulate(const uint n_points, __global const float4* restrict points,
+__kernel void layers_accumulate(__global const uint* restrict n_needed, __global const float4* restrict points,
                                 __global const float4* restrict centres, const uint l, __constant Light* lights,
                                 __global const float4* restrict map, __constant Medium* media, const Boundary boundary,
                                 const Density density, __global const float2* restrict rho, const uint seed,
                                 const uint round, const uint rounds, const uint add, __global float4* restrict values) {
-  const uint item = (uint)get_global_id(0), items = (n_points + POINTS_OF_ITEM - 1) / POINTS_OF_ITEM;
+  const uint item = (uint)get_global_id(0), n_points = n_needed[0];
+  const uint items = (n_points + POINTS_OF_ITEM - 1) / POINTS_OF_ITEM;
   if (item >= 2 / HALVES_OF_ITEM * items) return;
   const uint half_index = item >= items;  // one half's maps stay in the caches
-  const uint first = (item - half_index * items) * POINTS_OF_ITEM, n = min(n_points - first, POINTS_OF_ITEM);
+  const uint first = (item - half_index * items) * POINTS_OF_ITEM;
+  const uint n = POINTS_OF_ITEM == 1 ? 1 : min(n_points - first, POINTS_OF_ITEM);  // 1 known to the compiler
   const Transport transport = make_transport(lights, map, media, boundary, density, rho, seed);
   real sum[POINTS_OF_ITEM][MEDIA + 1];
   scattered_radiance(transport, l, centres + l * n_points + first, points + 2 * first, n, half_index, round, rounds,

@@ -50,7 +50,7 @@ struct Plan {
 /// Largest film window that is gathered at once, in pixels per side.
 inline constexpr std::uint32_t window_limit = 2048;
 /// Pixels whose points are held at a time, while pass 2's function computes them directly.
-inline constexpr std::uint32_t direct_points = 65536;
+inline constexpr std::uint32_t direct_points = 262144;
 
 /// First texel of each level of a mip chain over `count` films, and one past the last; levels down to 1 x 1.
 [[nodiscard]] std::vector<std::uint32_t> mip_offsets(glm::uvec2 film, std::uint32_t count);
