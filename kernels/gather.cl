@@ -259,16 +259,21 @@ __kernel void gather_pixels(const View view, const Window window, __global const
 }
 
 // The points of listed pixels, for pass 2's own function: those that no layer sees, or some that layers do see, to tell
-// how far off these are. As layers_points, with T21 beside the normal.
+// how far off these are. Of the n_direct[0] pixels these are the ones from `first` on, up to `most`; n_held says how
+// many. As layers_points, with T21 beside the normal. The list's length is added to n_direct[1] once.
 __kernel void gather_points(const View view, __global const uint* restrict ids, const Window window,
                             __global const float4* restrict positions, __global const uint* restrict triangles,
                             __global const float* restrict normals, __constant Light* lights,
                             __global const float4* restrict map, const Boundary boundary, const Density density,
                             __global const float2* restrict rho, __global const float2* restrict extent,
                             __constant uint* level_first, const uint levels, const uint n_lights, const uint first,
-                            const uint n_points, __global const uint* restrict direct, __global float4* restrict points,
+                            const uint most, __global const uint* restrict direct, __global uint* restrict n_direct,
+                            __global uint* restrict n_held, __global float4* restrict points,
                             __global float4* restrict centres) {
-  const uint item = (uint)get_global_id(0);
+  const uint item = (uint)get_global_id(0), n_all = n_direct[0],
+             n_points = n_all > first ? min(n_all - first, most) : 0;
+  if (item == 0) n_held[0] = n_points;
+  if (item == 0 && first == 0) n_direct[1] += n_all;
   if (item >= n_points) return;
   const uint i = direct[first + item];
   const float3 p = pixel_sample(window, i);
@@ -282,11 +287,12 @@ __kernel void gather_points(const View view, __global const uint* restrict ids, 
 }
 
 // Adds their values to the film.
-__kernel void gather_direct(const uint first, const uint n_points, __global const uint* restrict direct,
-                            __global const float4* restrict points, __global const float4* restrict values,
-                            const float scale, const uint sets, const uint n_pixels, __global float4* restrict film) {
+__kernel void gather_direct(__global const uint* restrict n_held, const uint first,
+                            __global const uint* restrict direct, __global const float4* restrict points,
+                            __global const float4* restrict values, const float scale, const uint sets,
+                            const uint n_pixels, __global float4* restrict film) {
   const uint item = (uint)get_global_id(0);
-  if (item >= n_points) return;
+  if (item >= n_held[0]) return;
   const float factor = scale * points[2 * item + 1].w;
   for (uint set = 0; set < sets; ++set) {
     const uint pixel = 2 * (set * n_pixels + direct[first + item]);

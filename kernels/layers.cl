@@ -278,9 +278,8 @@ __kernel void layers_list(const uint n_texels, __global uint* restrict slots, __
   needed[slot] = t;
 }
 
-// The needed texels' points: (x, texel) and (n_s, 0), and where their samples are centred: light after light. There is
-// room for `n_points` of them.
-__kernel void layers_points(__constant View* views, const uint n_points, __global const uint* restrict n_needed,
+// The needed texels' points: (x, texel) and (n_s, 0), and where their samples are centred: light after light.
+__kernel void layers_points(__constant View* views, __global const uint* restrict n_needed,
                             __global const uint* restrict needed, __global const uint* restrict ids,
                             __global const float4* restrict positions, __global const uint* restrict triangles,
                             __global const float* restrict normals, __constant Light* lights,
@@ -288,8 +287,8 @@ __kernel void layers_points(__constant View* views, const uint n_points, __globa
                             __global const float2* restrict rho, __global const float2* restrict extent,
                             __constant uint* level_first, const uint levels, const uint n_lights,
                             __global float4* restrict points, __global float4* restrict centres) {
-  const uint i = (uint)get_global_id(0);
-  if (i >= *n_needed) return;
+  const uint i = (uint)get_global_id(0), n_points = n_needed[0];
+  if (i >= n_points) return;
   const uint texel = needed[i], size = views[0].width * views[0].height, layer = texel / size, t = texel % size;
   const View view = views[layer];
   const float px = (float)(t % view.width) + 0.5f, py = (float)(t / view.width) + 0.5f;
@@ -302,18 +301,18 @@ __kernel void layers_points(__constant View* views, const uint n_points, __globa
 }
 
 // Some rounds of samples of one light for both halves of every point: values[2 i + half] sums them, RGB, and what was
-// there before. There is room for `n_points`, and `n_listed` of them are there.
-__kernel void layers_accumulate(const uint n_points, __global const uint* restrict n_listed,
-                                __global const float4* restrict points, __global const float4* restrict centres,
-                                const uint l, __constant Light* lights, __global const float4* restrict map,
-                                __constant Medium* media, const Boundary boundary, const Density density,
-                                __global const float2* restrict rho, const uint seed, const uint round,
-                                const uint rounds, const uint add, __global float4* restrict values) {
-  const uint listed = min(*n_listed, n_points), items = (listed + POINTS_OF_ITEM - 1) / POINTS_OF_ITEM;
-  const uint item = (uint)get_global_id(0);
+// there before.
+__kernel void layers_accumulate(__global const uint* restrict n_needed, __global const float4* restrict points,
+                                __global const float4* restrict centres, const uint l, __constant Light* lights,
+                                __global const float4* restrict map, __constant Medium* media, const Boundary boundary,
+                                const Density density, __global const float2* restrict rho, const uint seed,
+                                const uint round, const uint rounds, const uint add, __global float4* restrict values) {
+  const uint item = (uint)get_global_id(0), n_points = n_needed[0];
+  const uint items = (n_points + POINTS_OF_ITEM - 1) / POINTS_OF_ITEM;
   if (item >= 2 / HALVES_OF_ITEM * items) return;
   const uint half_index = item >= items;  // one half's maps stay in the caches
-  const uint first = (item - half_index * items) * POINTS_OF_ITEM, n = min(listed - first, POINTS_OF_ITEM);
+  const uint first = (item - half_index * items) * POINTS_OF_ITEM;
+  const uint n = POINTS_OF_ITEM == 1 ? 1 : min(n_points - first, POINTS_OF_ITEM);  // 1 known to the compiler
   const Transport transport = make_transport(lights, map, media, boundary, density, rho, seed);
   real sum[POINTS_OF_ITEM][MEDIA + 1];
   scattered_radiance(transport, l, centres + l * n_points + first, points + 2 * first, n, half_index, round, rounds,

@@ -29,11 +29,11 @@ struct FilmBench : Bench {
     const std::size_t pixels = std::size_t{film_size.x} * film_size.y;
     Film& f = passes.film;
     f.depth = compute.buffer<cl_uint>(pixels), f.ids = compute.buffer<cl_uint>(pixels);
-    f.direct = compute.buffer<cl_uint>(pixels), f.n_direct = compute.buffer<cl_uint>(1);
+    f.direct = compute.buffer<cl_uint>(pixels), f.n_direct = compute.buffer<cl_uint>(2);
     f.sums = compute.buffer<float4>(6 * pixels);
     f.planes = compute.buffer<float4>(pixels), f.edges = compute.buffer<cl_uint>(pixels);
     f.points = compute.buffer<float4>(2 * pixels), f.values = compute.buffer<float4>(2 * pixels);
-    f.centres = compute.buffer<float4>(pixels);
+    f.centres = compute.buffer<float4>(pixels), f.n_held = compute.buffer<cl_uint>(1);
   }
   /// Needs every covered texel that `wanted` takes, with values that depend on the texel alone.
   void need(const std::function<bool(cl_uint)>& wanted, const std::function<float(cl_uint)>& value) {

@@ -38,7 +38,7 @@ void Renderer::State::plan_live_layers() {
   allocate_points(passes, passes.layers.level_first[1]);
   list_covered(passes);
   find_centres(passes);
-  const cl_uint listed = compute.read<cl_uint>(passes.layers.n_listed, 1)[0];
+  const cl_uint listed = compute.read<cl_uint>(passes.layers.n_needed, 1)[0];
   count_layers(listed, listed);
 }
 
@@ -139,6 +139,7 @@ void Renderer::gather_into(std::size_t camera, const ImageTarget& target) {
     for (const kernels::Window& w : tiles(s.scene.film, s.plan.window)) {
       const std::size_t pixels = std::size_t{w.width} * w.height;
       s.compute.fill(s.passes.film.sums, 0, pixels * 8);
+      s.compute.fill(s.passes.film.n_direct, 0, 2);
       s.gather_window(camera, w, {level}, target.positions);
       s.compute.launch("gather_image", pixels, Stage::gather, w, s.passes.film.sums,
                        kernels::float4{gain.x, gain.y, gain.z, 0.0F}, per_position, target.first, target.pitch,

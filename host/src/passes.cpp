@@ -157,7 +157,7 @@ void allocate_points(Passes& p, std::size_t count) {
   Layers& k = p.layers;
   const std::size_t lights = p.light_maps.lights.size(), coarse = k.level_first.back() - k.level_first[1];
   k.n_points = static_cast<cl_uint>(count);
-  k.n_listed = p.compute.buffer<cl_uint>(1);
+  k.n_needed = p.compute.buffer<cl_uint>(1);
   k.needed = p.compute.buffer<cl_uint>(count);
   k.points = p.compute.buffer<kernels::float4>(2 * count);
   k.centres = p.compute.buffer<kernels::float4>(lights * count);
@@ -171,7 +171,7 @@ void set_needed(Passes& p, const std::vector<cl_uint>& needed) {
   for (cl_uint i = 0; i < k.n_points; ++i) slots[needed[i]] = i;
   p.compute.write(k.slots, slots);
   p.compute.write(k.needed, needed);
-  p.compute.fill(k.n_listed, k.n_points, 1);
+  p.compute.fill(k.n_needed, k.n_points, 1);
   find_centres(p);
   p.compute.finish();
   for (cl::Buffer* b : {&k.needed, &k.ids, &k.view_ids}) p.compute.release(*b);
@@ -179,15 +179,15 @@ void set_needed(Passes& p, const std::vector<cl_uint>& needed) {
 
 void list_covered(Passes& p) {
   const Layers& k = p.layers;
-  p.compute.fill(k.n_listed, 0, 1);
-  p.compute.launch("layers_list", k.level_first[1], Stage::layers, k.level_first[1], k.slots, k.n_listed, k.needed);
+  p.compute.fill(k.n_needed, 0, 1);
+  p.compute.launch("layers_list", k.level_first[1], Stage::layers, k.level_first[1], k.slots, k.n_needed, k.needed);
 }
 
 void find_centres(Passes& p) {
   const Layers& k = p.layers;
   const Geometry& g = p.geometry;
   const LightMaps& m = p.light_maps;
-  p.compute.launch("layers_points", k.n_points, Stage::layers, k.views_buffer, k.n_points, k.n_listed, k.needed, k.ids,
+  p.compute.launch("layers_points", k.n_points, Stage::layers, k.views_buffer, k.n_needed, k.needed, k.ids,
                    g.positions, g.triangles, g.normals, m.lights_buffer, m.map, p.plan.boundary,
                    p.plan.density.parameters, p.rho, m.extent, m.level_first, m.levels, n_lights(p), k.points,
                    k.centres);
@@ -195,15 +195,16 @@ void find_centres(Passes& p) {
 
 namespace {
 
-std::size_t items_of(const Passes& p, cl_uint points) {
-  return p.plan.lanes == 1 ? std::size_t{2} * points : (points + POINTS_SIDE_BY_SIDE - 1) / POINTS_SIDE_BY_SIDE;
+std::size_t items_of(const Passes& p, std::size_t points) {
+  return p.plan.lanes == 1 ? 2 * points : (points + POINTS_SIDE_BY_SIDE - 1) / POINTS_SIDE_BY_SIDE;
 }
 
-void launch_accumulate(Passes& p, std::size_t items, cl_uint n, const cl::Buffer& listed, const cl::Buffer& points,
+/// At points of which the device knows how many there are, going by `items` for no more.
+void launch_accumulate(Passes& p, const cl::Buffer& n, std::size_t items, const cl::Buffer& points,
                        const cl::Buffer& centres, std::uint32_t round, std::uint32_t rounds, cl_uint add,
                        const cl::Buffer& values, Stage stage) {
   for (cl_uint l = 0; l < n_lights(p); ++l)
-    p.compute.launch("layers_accumulate", items, stage, n, listed, points, centres, l, p.light_maps.lights_buffer,
+    p.compute.launch("layers_accumulate", items, stage, n, points, centres, l, p.light_maps.lights_buffer,
                      p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.seed, round,
                      rounds, l > 0 ? 1U : add, values);
 }
@@ -214,13 +215,13 @@ std::size_t accumulate_items(const Passes& p) { return items_of(p, p.layers.n_po
 
 void try_accumulate(Passes& p, std::size_t items) {
   const Layers& k = p.layers;
-  launch_accumulate(p, items, k.n_points, k.n_listed, k.points, k.centres, 0, 1, 0, k.values, Stage::plan);
+  launch_accumulate(p, k.n_needed, items, k.points, k.centres, 0, 1, 0, k.values, Stage::plan);
 }
 
 void accumulate_layers(Passes& p, std::uint32_t frame) {
   const Layers& k = p.layers;
-  launch_accumulate(p, accumulate_items(p), k.n_points, k.n_listed, k.points, k.centres, frame, 1, frame > 0 ? 1 : 0,
-                    k.values, Stage::layers);
+  launch_accumulate(p, k.n_needed, accumulate_items(p), k.points, k.centres, frame, 1, frame > 0 ? 1 : 0, k.values,
+                    Stage::layers);
 }
 
 void build_pyramids(Passes& p, std::uint32_t level) {
@@ -232,21 +233,22 @@ void build_pyramids(Passes& p, std::uint32_t level) {
 
 namespace {
 
-/// Pass 2's own function at the points of the film's list of pixels, some at a time.
+/// Adds pass 2's own function at the points of the film's listed pixels, times `sign`: `direct_points` at a time, as
+/// often as there might be pixels, since only the device knows how many there are.
 void launch_direct(Passes& p, const kernels::View& view, const kernels::Window& window, std::uint32_t round,
-                   std::uint32_t rounds, float sign, cl_uint sets, cl_uint n_direct, Stage stage) {
+                   std::uint32_t rounds, float sign, cl_uint sets, Stage stage) {
   const Geometry& g = p.geometry;
   const LightMaps& m = p.light_maps;
   const Film& f = p.film;
-  for (cl_uint first = 0; first < n_direct; first += direct_points) {
-    const cl_uint n = std::min(n_direct - first, direct_points);
-    p.compute.launch("gather_points", n, stage, view, f.ids, window, g.positions, g.triangles, g.normals,
+  const auto all = static_cast<cl_uint>(pixels(window));
+  for (cl_uint first = 0; first < all; first += direct_points) {
+    const cl_uint most = std::min(all - first, direct_points);
+    p.compute.launch("gather_points", most, stage, view, f.ids, window, g.positions, g.triangles, g.normals,
                      m.lights_buffer, m.map, p.plan.boundary, p.plan.density.parameters, p.rho, m.extent, m.level_first,
-                     m.levels, n_lights(p), first, n, f.direct, f.points, f.centres);
-    p.compute.fill(f.n_direct, n, 1);
-    launch_accumulate(p, items_of(p, n), n, f.n_direct, f.points, f.centres, round, rounds, 0, f.values, stage);
-    p.compute.launch("gather_direct", n, stage, first, n, f.direct, f.points, f.values,
-                     sign / static_cast<float>(rounds), sets, static_cast<cl_uint>(pixels(window)), f.sums);
+                     m.levels, n_lights(p), first, most, f.direct, f.n_direct, f.n_held, f.points, f.centres);
+    launch_accumulate(p, f.n_held, items_of(p, most), f.points, f.centres, round, rounds, 0, f.values, stage);
+    p.compute.launch("gather_direct", most, stage, f.n_held, first, f.direct, f.points, f.values,
+                     sign / static_cast<float>(rounds), sets, all, f.sums);
   }
 }
 
@@ -263,9 +265,9 @@ bool draw_film(Passes& p, const kernels::View& view, const kernels::Window& wind
   return true;
 }
 
-cl_uint gather(Passes& p, const kernels::View& view, const kernels::Window& window, const LayerRange& layers,
-               const std::vector<cl_uint>& levels, float scale, std::uint32_t round, std::uint32_t rounds, Stage stage,
-               std::uint32_t position) {
+void gather(Passes& p, const kernels::View& view, const kernels::Window& window, const LayerRange& layers,
+            const std::vector<cl_uint>& levels, float scale, std::uint32_t round, std::uint32_t rounds, Stage stage,
+            std::uint32_t position) {
   const Geometry& g = p.geometry;
   const Layers& k = p.layers;
   const Film& f = p.film;
@@ -279,9 +281,7 @@ cl_uint gather(Passes& p, const kernels::View& view, const kernels::Window& wind
   p.compute.launch("gather_pixels", pixels(window), stage, view, window, f.ids, g.positions, g.triangles, g.normals,
                    k.views_buffer, k.level_first_buffer, k.geometry, k.slots, layers.first, layers.count, k.values,
                    scale, p.plan.boundary, level, sets, f.sums, f.n_direct, f.direct, f.edges);
-  const cl_uint n_direct = p.compute.read<cl_uint>(f.n_direct, 1)[0];
-  launch_direct(p, view, window, round, rounds, 1.0F, sets, n_direct, stage);
-  return n_direct;
+  launch_direct(p, view, window, round, rounds, 1.0F, sets, stage);
 }
 
 void settle_film(Passes& p, const kernels::Window& window, std::size_t levels, std::uint32_t done,
@@ -309,7 +309,8 @@ void subtract_direct(Passes& p, const kernels::View& view, const kernels::Window
                      const std::vector<cl_uint>& chosen, std::uint32_t round, std::uint32_t rounds, Stage stage) {
   if (chosen.empty()) return;
   p.compute.write(p.film.direct, chosen);
-  launch_direct(p, view, window, round, rounds, -1.0F, 1, static_cast<cl_uint>(chosen.size()), stage);
+  p.compute.fill(p.film.n_direct, static_cast<cl_uint>(chosen.size()), 1);
+  launch_direct(p, view, window, round, rounds, -1.0F, 1, stage);
 }
 
 }  // namespace parian

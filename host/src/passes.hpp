@@ -34,17 +34,17 @@ struct Layers {
   cl::Buffer views_buffer, level_first_buffer, depth, view_ids, ids, geometry, slots;
   std::vector<std::uint32_t> level_first;
   cl_uint levels = 1;
-  // Once the needed texels are known: their list, as long as n_listed says, and room for n_points.
-  cl::Buffer n_listed, needed, points, centres, values;
-  cl_uint n_points = 0;
+  // Once the needed texels are known: how many and which, and what belongs to each.
+  cl::Buffer n_needed, needed, points, centres, values;
+  cl_uint n_points = 0;  ///< how many the buffers hold; the device goes by n_needed
   [[nodiscard]] cl_uint count() const { return static_cast<cl_uint>(views.size()); }
 };
 
-/// The camera's film: halves A and B for up to three pyramid levels, the list of pixels that no layer sees, and the
-/// points of some of them with their values.
+/// The camera's film: halves A and B for up to three pyramid levels, the list of pixels that no layer sees, how many
+/// these are now and were in all, and the points of some of them with their values.
 struct Film {
   cl::Buffer depth, ids, sums, direct, n_direct;
-  cl::Buffer points, centres, values;
+  cl::Buffer n_held, points, centres, values;
   cl::Buffer planes, edges, open;      ///< of each pixel: its first hit's plane, whether it is an edge, what to draw
   std::optional<kernels::View> drawn;  ///< of which ids hold `window`
   kernels::Window window{};
@@ -109,10 +109,10 @@ void build_pyramids(Passes& p, std::uint32_t level);
 bool draw_film(Passes& p, const kernels::View& view, const kernels::Window& window, bool again, Stage stage);
 /// Pass 4: adds one subpixel position of a window of a view, which draw_film has drawn, to the film, for the given
 /// levels of the layers. `scale` is 1 / frames; pixels that no layer sees take `rounds` rounds of samples from round
-/// `round` on, and are counted. `position` numbers those that look for edges.
-cl_uint gather(Passes& p, const kernels::View& view, const kernels::Window& window, const LayerRange& layers,
-               const std::vector<cl_uint>& levels, float scale, std::uint32_t round, std::uint32_t rounds, Stage stage,
-               std::uint32_t position = NO_POSITION);
+/// `round` on. `position` numbers those that look for edges.
+void gather(Passes& p, const kernels::View& view, const kernels::Window& window, const LayerRange& layers,
+            const std::vector<cl_uint>& levels, float scale, std::uint32_t round, std::uint32_t rounds, Stage stage,
+            std::uint32_t position = NO_POSITION);
 /// After `done` of `positions` subpixel positions that looked for edges: pixels without one count as gathered at all
 /// positions, and the others are written to the film's `open`.
 void settle_film(Passes& p, const kernels::Window& window, std::size_t levels, std::uint32_t done,

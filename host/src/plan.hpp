@@ -58,7 +58,7 @@ inline constexpr std::uint64_t scratch_slack = 1 << 20;
 /// Film windows that are gathered at once, in pixels per side: the largest, and the smallest where memory is short.
 inline constexpr std::uint32_t window_limit = 2048, smallest_window = 256;
 /// Pixels whose points are held at a time, while pass 2's function computes them directly.
-inline constexpr std::uint32_t direct_points = 65536;
+inline constexpr std::uint32_t direct_points = 262144;
 
 /// First texel of each level of a mip chain over `count` films, and one past the last; levels down to 1 x 1.
 [[nodiscard]] std::vector<std::uint32_t> mip_offsets(glm::uvec2 film, std::uint32_t count);

@@ -63,7 +63,7 @@ void Renderer::State::settle() {
 void Renderer::State::allocate_film() {
   Film& f = passes.film;
   for (;; plan.window /= 2) {
-    for (cl::Buffer* b : {&f.depth, &f.ids, &f.direct, &f.n_direct, &f.points, &f.centres, &f.values, &f.planes,
+    for (cl::Buffer* b : {&f.depth, &f.ids, &f.direct, &f.n_direct, &f.n_held, &f.points, &f.centres, &f.values, &f.planes,
                           &f.edges, &f.open, &f.sums})
       compute.release(*b);
     const std::size_t pixels = std::size_t{std::min(scene.film.x, plan.window)} * std::min(scene.film.y, plan.window);
@@ -72,7 +72,8 @@ void Renderer::State::allocate_film() {
       f.depth = compute.buffer<cl_uint>(pixels);
       f.ids = compute.buffer<cl_uint>(pixels);
       f.direct = compute.buffer<cl_uint>(pixels);
-      f.n_direct = compute.buffer<cl_uint>(1);
+      f.n_direct = compute.buffer<cl_uint>(2);
+      f.n_held = compute.buffer<cl_uint>(1);
       f.points = compute.buffer<kernels::float4>(2 * held);
       f.centres = compute.buffer<kernels::float4>(plan.lights.size() * held);
       f.values = compute.buffer<kernels::float4>(2 * held);
@@ -199,15 +200,13 @@ bool Renderer::checkpoint() const {
   return !hopeless || !(s.settings.error > 0) || kept(s.settings, "checkpoints");
 }
 
-/// All subpixel positions of one window; those of edges alone after the first few. Returns how many points no layer
-/// saw.
-std::uint64_t Renderer::State::gather_window(std::size_t camera, kernels::Window w, const std::vector<cl_uint>& levels,
-                                             std::uint32_t positions) {
+/// All subpixel positions of one window; those of edges alone after the first few.
+void Renderer::State::gather_window(std::size_t camera, kernels::Window w, const std::vector<cl_uint>& levels,
+                                    std::uint32_t positions) {
   const kernels::View& view = cameras[camera];
   const std::uint32_t rounds = (frame + positions - 1) / positions;
   const bool settles = positions > interior_positions && !kept(settings, "interior-positions");
   if (settles) compute.fill(passes.film.edges, 0, std::size_t{w.width} * w.height);
-  std::uint64_t direct = 0;
   for (std::uint32_t i = 0; i < positions; ++i) {
     if (settles && i == interior_positions) {
       settle_film(passes, w, levels.size(), i, positions);
@@ -217,11 +216,10 @@ std::uint64_t Renderer::State::gather_window(std::size_t camera, kernels::Window
     w.sample_x = s.x;
     w.sample_y = s.y;
     undrawn += !draw_film(passes, view, w, kept(settings, "camera-redraws"), Stage::gather);
-    direct += gather(passes, view, w, layers_of(camera), levels, 1.0F / static_cast<float>(frame), i * rounds, rounds,
-                     Stage::gather, settles && i < interior_positions ? i : NO_POSITION);
+    gather(passes, view, w, layers_of(camera), levels, 1.0F / static_cast<float>(frame), i * rounds, rounds,
+           Stage::gather, settles && i < interior_positions ? i : NO_POSITION);
   }
   if (settles) close_film(passes);
-  return direct;
 }
 
 std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std::vector<cl_uint>& levels,
@@ -249,12 +247,14 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
     {
       Timer timer(statistics.seconds.gather);
       compute.fill(passes.film.sums, 0, pixels * 8 * levels.size());
-      direct += gather_window(camera, w, levels, positions);
+      compute.fill(passes.film.n_direct, 0, 2);
+      gather_window(camera, w, levels, positions);
       compute.finish();
     }
     Timer timer(statistics.seconds.read);
     const std::vector<kernels::float4> sums =
         compute.read<kernels::float4>(passes.film.sums, pixels * 2 * levels.size());
+    direct += compute.read<cl_uint>(passes.film.n_direct, 1, 1)[0];
     for (std::size_t set = 0; set < levels.size(); ++set)
       for (std::size_t i = 0; i < pixels; ++i) {
         const kernels::float4 a = sums[2 * (set * pixels + i)], b = sums[2 * (set * pixels + i) + 1];

@@ -81,8 +81,8 @@ struct Renderer::State {
   [[nodiscard]] std::uint32_t positions_of_estimate(std::size_t camera) const;
   /// Estimated relMSE of looking light up in layers, from some random pixels of the image whose halves these are.
   double bias_relmse(std::size_t camera, const Halves& image);
-  std::uint64_t gather_window(std::size_t camera, kernels::Window w, const std::vector<cl_uint>& levels,
-                              std::uint32_t positions);
+  void gather_window(std::size_t camera, kernels::Window w, const std::vector<cl_uint>& levels,
+                     std::uint32_t positions);
   std::vector<Halves> gather_halves(std::size_t camera, const std::vector<cl_uint>& levels, std::uint32_t positions);
 };
 

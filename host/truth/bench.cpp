@@ -132,7 +132,9 @@ class Accounts {
 
   [[nodiscard]] BenchPass layers() const {
     BenchPass pass = start("layers", Stage::layers, &Seconds::layers);
-    add_evaluations(pass, Stage::layers, "evaluations", {"layers_accumulate"});
+    add_evaluations(pass, Stage::layers, "evaluations", {"layers_accumulate"},
+                    static_cast<double>(statistics_.layers_texels_evaluated),
+                    launches(Stage::layers, "layers_accumulate"));
     return pass;
   }
 
@@ -154,7 +156,8 @@ class Accounts {
     const double operations = costs::gather_pixel.operations + statistics_.layers_count * costs::gather_layer;
     add(pass, Stage::gather, "look-ups", "pixels", {"gather_pixels"}, pixels,
         {pixels * operations, pixels * costs::gather_pixel.bytes});
-    add_evaluations(pass, Stage::gather, "at pixels", {"gather_points", "layers_accumulate", "gather_direct"});
+    add_evaluations(pass, Stage::gather, "at pixels", {"gather_points", "layers_accumulate", "gather_direct"},
+                    static_cast<double>(statistics_.fallback_pixels), static_cast<double>(plan_.lights.size()));
     return pass;
   }
 
@@ -206,15 +209,14 @@ class Accounts {
          setups * costs::raster_setup.bytes + records * costs::raster_draw.bytes});
   }
 
-  void add_evaluations(BenchPass& pass, Stage stage, const char* name, Kernels kernels) const {
+  /// Of kernels that take a frame's samples at some points and read all light maps `maps` times. With fewer frames
+  /// than positions, pixels that no layer sees take one frame's samples, too.
+  void add_evaluations(BenchPass& pass, Stage stage, const char* name, Kernels kernels, double points,
+                       double maps) const {
     double samples = 0;
     for (const PlannedLight& light : plan_.lights) samples += light.samples;
-    // With fewer frames than positions, pixels that no layer sees take one frame's samples, too.
-    const double points = stage == Stage::layers ? static_cast<double>(statistics_.layers_texels_evaluated)
-                                                 : items(stage, "gather_points") / times(stage);
     const double pairs = 2 * points * samples, lights = static_cast<double>(plan_.lights.size());
-    const double map_texels = std::min(pairs, 2.0 * settings_.light_map_size * settings_.light_map_size *
-                                                  launches(stage, "layers_accumulate") / times(stage));
+    const double map_texels = std::min(pairs, 2.0 * settings_.light_map_size * settings_.light_map_size * maps);
     add(pass, stage, name, "evaluations", kernels, pairs * plan_.channels(),
         {pairs * operations_of_pair(),
          points * lights * costs::accumulate_bytes + map_texels * costs::map_texel_bytes});
