@@ -187,10 +187,9 @@ void find_centres(Passes& p) {
   const Layers& k = p.layers;
   const Geometry& g = p.geometry;
   const LightMaps& m = p.light_maps;
-  p.compute.launch("layers_points", k.n_points, Stage::layers, k.views_buffer, k.n_needed, k.needed, k.ids,
-                   g.positions, g.triangles, g.normals, m.lights_buffer, m.map, p.plan.boundary,
-                   p.plan.density.parameters, p.rho, m.extent, m.level_first, m.levels, n_lights(p), k.points,
-                   k.centres);
+  p.compute.launch("layers_points", k.n_points, Stage::layers, k.views_buffer, k.n_needed, k.needed, k.ids, g.positions,
+                   g.triangles, g.normals, m.lights_buffer, m.map, p.plan.boundary, p.plan.density.parameters, p.rho,
+                   m.extent, m.level_first, m.levels, n_lights(p), k.points, k.centres);
 }
 
 namespace {

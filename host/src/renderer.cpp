@@ -63,8 +63,8 @@ void Renderer::State::settle() {
 void Renderer::State::allocate_film() {
   Film& f = passes.film;
   for (;; plan.window /= 2) {
-    for (cl::Buffer* b : {&f.depth, &f.ids, &f.direct, &f.n_direct, &f.n_held, &f.points, &f.centres, &f.values, &f.planes,
-                          &f.edges, &f.open, &f.sums})
+    for (cl::Buffer* b : {&f.depth, &f.ids, &f.direct, &f.n_direct, &f.n_held, &f.points, &f.centres, &f.values,
+                          &f.planes, &f.edges, &f.open, &f.sums})
       compute.release(*b);
     const std::size_t pixels = std::size_t{std::min(scene.film.x, plan.window)} * std::min(scene.film.y, plan.window);
     const std::size_t held = std::min<std::size_t>(pixels, direct_points);
