@@ -181,7 +181,7 @@ std::vector<std::size_t> choose_directions(const std::vector<std::vector<float>>
         winner = c;
       }
     }
-    if (most == 0 && !complete) break;
+    if (most == 0 && k > 0 && !complete) break;
     used[winner] = true;
     chosen.push_back(winner);
     for (std::size_t p = 0; p < points; ++p) best[p] = std::max(best[p], worth[winner][p]);
