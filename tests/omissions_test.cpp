@@ -1,4 +1,6 @@
 // What is left out: each omission alone shows the picture that keeping it shows, and saves what it says that it saves.
+#include <fmt/ranges.h>
+
 #include <functional>
 
 #include "test_render.hpp"
@@ -156,6 +158,21 @@ TEST(Omissions, all_are_tried) {
     EXPECT_EQ(std::count_if(cases().begin(), cases().end(), [&](const Case& c) { return c.what == std::string(name); }),
               1)
         << name;
+}
+
+// Before the first frame and after the last, `--explain` and `--stats` name the same for the same reasons.
+TEST(Omissions, explanation_and_statistics_agree) {
+  Renderer renderer(scene_of(model("torus"), material(2.0, 0.01)), small_settings(), device_selector());
+  const auto explain = [&] { return fmt::format("{}", fmt::join(renderer.explanation(), "\n")); };
+  const std::string before = explain();
+  for (int i = 0; i < 3; ++i) renderer.frame();
+  (void)renderer.image(0);
+  const std::string after = explain();
+  for (const Omission& o : renderer.statistics().left_out) {
+    const std::string line = fmt::format("left out  {}: {}; saves ", o.what, o.why);
+    EXPECT_NE(before.find(line), std::string::npos) << line;
+    EXPECT_NE(after.find(line), std::string::npos) << line;
+  }
 }
 
 // A flat object seen edge-on by a light gets none of it: the other light has all the samples.
