@@ -154,7 +154,8 @@ static Fall sample_fall(Transport transport, uint l, float4 centre, uint point, 
   __constant Light* light = transport.lights + l;
   const float scale = light->view.scale, width = (float)light->view.width, height = (float)light->view.height;
   const uint scramble = hash_combine(point, transport.seed), texels = light->view.width * light->view.height;
-  const uint scramble_a = hash_combine(scramble, 2 * l), scramble_b = hash_combine(scramble, 2 * l + 1);
+  const uint scramble_a = hash_combine(scramble, 2 * light->number);
+  const uint scramble_b = hash_combine(scramble, 2 * light->number + 1);
   const real sample_x = OF_HALVES(float, half_index, light->sample_x[0], light->sample_x[1]);
   const real sample_y = OF_HALVES(float, half_index, light->sample_y[0], light->sample_y[1]);
   const ureal shift_u = OF_HALVES(uint, half_index, hash(scramble_a), hash(scramble_b));

@@ -74,7 +74,7 @@ typedef struct {
   uint samples;  // of each half in one frame
   uint map;      // first texel of half A in the light maps' buffer; half B follows
   uint extent;   // first node of this light's height pyramid
-  uint pad;
+  uint number;   // in the scene: tells its samples from those of other lights
 } Light;
 
 // The radial density of samples around a point's nearest lit place, as a table of rho over equal steps of log G
@@ -93,7 +93,7 @@ typedef struct {
 // Every struct above with its last field: where that lies tells whether host and device lay the struct out alike.
 #define STRUCTS_THAT_CROSS(F) \
   F(Medium, scale)            \
-  F(Boundary, pad_1) F(View, pad) F(Window, pad1) F(RasterTriangle, triangle) F(Light, pad) F(Density, pad1)
+  F(Boundary, pad_1) F(View, pad) F(Window, pad1) F(RasterTriangle, triangle) F(Light, number) F(Density, pad1)
 
 // Points that a work-item of pass 2 takes on a device with several lanes; with one lane it takes one half of one point.
 #define POINTS_SIDE_BY_SIDE 8u

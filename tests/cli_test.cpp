@@ -189,6 +189,7 @@ TEST_F(CliTest, StatisticsHaveAllTheirKeys) {
                           "/layers/covered",
                           "/layers/texels",
                           "/layers/texels_evaluated",
+                          "/further_view_seconds",
                           "/fallback_pixels",
                           "/bytes/peak",
                           "/bytes/planned",

@@ -129,36 +129,6 @@ TEST(RenderStatistics, figure) {
   EXPECT_GT(omitted(s, "clipping"), 0.0);
 }
 
-// What a render says it saved is what the same render spends when told to keep it.
-TEST(RenderStatistics, savings_are_what_keeping_costs) {
-  Scene scene = scene_of(model("torus"), material(2.0, 0.01), {32, 32});
-  Settings settings = small_settings();
-  settings.layers = 8;
-  const Rendered r = render(scene, settings, 2);
-  for (const char* what : {"equal-channels", "unread-texels", "clipping", "idle-layers", "light-map-redraws"}) {
-    Settings keep = settings;
-    keep.keep = {what};
-    const Statistics kept = render(scene, keep, 2).statistics;
-    EXPECT_EQ(omitted(kept, what), 0.0) << what;
-    const double evaluations = kept.evaluations - r.statistics.evaluations;
-    const double bytes = static_cast<double>(kept.bytes_peak) - static_cast<double>(r.statistics.bytes_peak);
-    fmt::print("{}: {:.0f} said, {:.0f} evaluations, {:.0f} bytes of peak measured\n", what,
-               omitted(r.statistics, what), evaluations, bytes);
-    const std::string name = what;
-    if (name == "equal-channels" || name == "unread-texels") {
-      EXPECT_GT(evaluations, 0.0) << what;
-      // Pixels that no layer sees are another few, as layers are read with other texels beside them.
-      EXPECT_NEAR(omitted(r.statistics, what) / evaluations, 1.0, 0.01) << what;
-    } else if (name != "idle-layers") {
-      EXPECT_GT(omitted(r.statistics, what), 0.0) << what;
-      EXPECT_EQ(evaluations, 0.0) << what;
-    }
-    if (name == "clipping") {
-      EXPECT_GE(bytes, omitted(r.statistics, what)) << what;
-    }
-  }
-}
-
 TEST(RenderStatistics, lights_share_the_samples) {
   Scene scene = scene_of(model("torus"), find_material("marble"), {32, 32});
   scene.lights = {{{1, 0, 1}, glm::dvec3(3.0)}, {{-1, 0, 1}, glm::dvec3(1.0)}, {{0, 1, 0}, glm::dvec3(0.0)}};

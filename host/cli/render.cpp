@@ -148,11 +148,14 @@ void print_input(const Input& input, const DeviceInfo& device) {
   fmt::print(stderr, "parian: {}\n", describe(input.settings));
 }
 
-void print_seconds(const Seconds& s) {
+void print_seconds(const Statistics& done) {
+  const Seconds& s = done.seconds;
   fmt::print(stderr,
              "parian: seconds: load {:.3f}, plan {:.3f}, compile {:.3f}, light map {:.3f}, layers {:.3f}, pyramids "
              "{:.3f}, gather {:.3f}, bias {:.3f}, read {:.3f}, total {:.3f}\n",
              s.load, s.plan, s.compile, s.light_map, s.layers, s.pyramids, s.gather, s.bias, s.read, s.total);
+  if (done.further_view_seconds >= 0)
+    fmt::print(stderr, "parian: seconds for each view after the first: {:.3f}\n", done.further_view_seconds);
 }
 
 /// Everything after the input is loaded; fills `done` with what the renderer says and returns the pictures' names.
@@ -204,7 +207,7 @@ int run_render(const RenderOptions& options) {
   done.seconds.load = loaded;
   done.seconds.total = clock.seconds();
   if (!options.stats.empty()) write_text(options.stats, statistics_json(done, device, input.scene.film));
-  if (options.verbose) print_seconds(done.seconds);
+  if (options.verbose) print_seconds(done);
   if (!options.quiet && !options.dry_run) {
     fmt::print("{}: {} frames in {}, estimated relMSE {}, stopped by {}\n", fmt::join(written, ", "), done.frames,
                duration(done.seconds.total),

@@ -129,6 +129,7 @@ Statistics statistics_of(const Renderer& renderer) {
   t.bytes_peak = s.bytes_peak;
   t.bytes_planned = s.bytes_planned;
   t.nonfinite = s.nonfinite;
+  t.further_view_seconds = s.further_view_seconds;
   t.warnings = renderer.warnings();
   for (const parian_omission& o : renderer.omissions()) t.left_out.push_back({o.what, o.why, o.unit, o.count, false});
   return t;

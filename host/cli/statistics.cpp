@@ -56,6 +56,7 @@ std::string statistics_json(const Statistics& statistics, const DeviceInfo& devi
                     {"covered", statistics.layers_covered},
                     {"texels", statistics.layers_texels},
                     {"texels_evaluated", statistics.layers_texels_evaluated}};
+  json["further_view_seconds"] = known(statistics.further_view_seconds);
   json["fallback_pixels"] = statistics.fallback_pixels;
   json["bytes"] = {{"peak", statistics.bytes_peak}, {"planned", statistics.bytes_planned}};
   json["left_out"] = omissions(statistics.left_out);

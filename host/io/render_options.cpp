@@ -105,8 +105,12 @@ RenderOption flag(std::string name, std::string help, bool Settings::*member, bo
 }
 
 RenderOption keep() {
-  RenderOption option{"keep", "NAME|all", "do this although the scene doesn't need it (names: --explain)",
-                      true,   {},         {}};
+  RenderOption option{"keep",
+                      "NAME|all",
+                      fmt::format("do this although the scene doesn't need it: {}", fmt::join(omission_names, ", ")),
+                      true,
+                      {},
+                      {}};
   option.set = [](Settings& settings, const OptionValue& value) {
     const std::string* text = std::get_if<std::string>(&value);
     if (!text || text->empty())

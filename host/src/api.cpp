@@ -628,7 +628,7 @@ parian_status parian_read(parian_renderer* renderer, cl_command_queue queue, siz
 parian_status parian_get_statistics(parian_renderer* renderer, parian_statistics* statistics) {
   return with(renderer, [&](parian_renderer& r) {
     parian_statistics s{};
-    s.estimated_relmse = s.estimated_bias_relmse = s.layers_covered = -1.0;
+    s.estimated_relmse = s.estimated_bias_relmse = s.layers_covered = s.further_view_seconds = -1.0;
     r.texts = {};
     if (r.planned) {
       const parian::Statistics& t = r.planned->statistics();
@@ -647,6 +647,7 @@ parian_status parian_get_statistics(parian_renderer* renderer, parian_statistics
       s.bytes_peak = t.bytes_peak;
       s.bytes_planned = t.bytes_planned;
       s.nonfinite = t.nonfinite;
+      s.further_view_seconds = t.further_view_seconds;
       s.seconds = seconds_of(t.seconds);
       s.kernel_seconds = seconds_of(t.kernel_seconds);
     }

@@ -29,8 +29,8 @@ void Renderer::State::plan_live_layers() {
     for (const glm::dvec3& d : even_directions(settings.layers))
       views.push_back(orthographic_view(sphere, d, settings.layer_size));
   } else {
-    views =
-        place_layers(passes, scene.mesh.positions, scene.mesh.triangles, settings.layers, settings.layer_size, sight);
+    views = place_layers(passes, scene.mesh.positions, scene.mesh.triangles, settings.layers, settings.layer_size,
+                         sight, kept(settings, "redundant-layers"));
   }
   for (std::size_t k = 0; k < views.size(); ++k) views[k].number = static_cast<cl_uint>(k);
   make_layers(passes, views, plan.pyramids);

@@ -69,13 +69,14 @@ void make_light_maps(Passes& p, const std::vector<glm::dvec3>& points, std::uint
     const glm::dvec3 e = planned.light.irradiance / static_cast<double>(planned.samples);
     light.irradiance = {static_cast<float>(e.x), static_cast<float>(e.y), static_cast<float>(e.z), 0.0F};
     light.samples = planned.samples;
+    light.number = planned.number;
     light.map = static_cast<cl_uint>(2 * l * texels);
     light.extent = static_cast<cl_uint>(l * first.back());
     m.lights.push_back(light);
   }
   m.lights_buffer = p.compute.upload(m.lights);
   m.map = p.compute.buffer<kernels::float4>(2 * texels * m.lights.size());
-  m.extent = p.compute.buffer<cl_float2>(first.back() * m.lights.size());
+  m.extent = p.compute.buffer<cl_float2>(p.plan.height_pyramids ? first.back() * m.lights.size() : 1);
   m.level_first = p.compute.upload(first);
   m.depth = p.compute.buffer<cl_uint>(texels);
   m.ids = p.compute.buffer<cl_uint>(texels);
@@ -89,7 +90,7 @@ void draw_light_maps(Passes& p, std::uint32_t epoch, bool shift) {
     kernels::Light& light = m.lights[l];
     setup_view(p, light.view, Stage::light_map);
     for (std::uint32_t half = 0; half < 2; ++half) {
-      const std::uint32_t start = kernels::hash_combine(p.seed, static_cast<std::uint32_t>(2 * l + half));
+      const std::uint32_t start = kernels::hash_combine(p.seed, 2 * light.number + half);
       const kernels::Window window = whole(light.view, shift ? subpixel_position(epoch, start) : glm::ivec2(128));
       light.sample_x[half] = static_cast<float>(window.sample_x) / SUBPIXELS;
       light.sample_y[half] = static_cast<float>(window.sample_y) / SUBPIXELS;
@@ -97,6 +98,7 @@ void draw_light_maps(Passes& p, std::uint32_t epoch, bool shift) {
       p.compute.launch("light_map_resolve", texels, Stage::light_map, light.view, window, m.ids, g.positions,
                        g.triangles, g.normals, light.map + half * texels, m.map);
     }
+    if (!p.plan.height_pyramids) continue;
     p.compute.launch("light_map_extent", texels, Stage::light_map, texels, light.view.scale, m.map, light.map, m.extent,
                      light.extent);
     const std::vector<std::uint32_t> first = mip_offsets(glm::uvec2(m.size), 1);

@@ -15,10 +15,6 @@
 namespace parian {
 namespace {
 
-constexpr std::array omissions{"equal-channels", "black-channels",     "dark-lights",       "clipping",
-                               "unread-texels",  "idle-layers",        "light-map-redraws", "camera-redraws",
-                               "layers",         "interior-positions", "checkpoints",       "pyramids"};
-
 constexpr double irradiance_limit = 1e30;  // sums of products with it stay in float32
 
 /// Distinct scattering channels in an order that doesn't depend on which colour has them.
@@ -92,23 +88,33 @@ void warn_of_scale(Plan& plan, const Scene& scene) {
                     shortest, diameter));
 }
 
+/// Whether a light's rays run along all of the surface, and so enter nowhere: a flat object, seen edge-on.
+bool grazes(const Mesh& mesh, glm::dvec3 towards) {
+  return std::none_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const glm::uvec3& t) {
+    const glm::dvec3 a = mesh.positions[t.x], n = glm::cross(mesh.positions[t.y] - a, mesh.positions[t.z] - a);
+    return std::abs(glm::dot(n, towards)) > 1e-9 * glm::length(n) * glm::length(towards);
+  });
+}
+
 /// Lights that can matter, with the half's samples divided by flux, largest remainders first, at least one each.
 void plan_lights(Plan& plan, const Scene& scene, const Settings& settings) {
   std::vector<double> flux;
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     const DirectionalLight& light = scene.lights[i];
     const double e = light.irradiance.x + light.irradiance.y + light.irradiance.z;
-    if (!(e > 0.0) && !kept(settings, "dark-lights")) {
-      plan.left_out.push_back({"dark-lights", fmt::format("light {} has no irradiance: no maps of it", i + 1), "bytes",
-                               static_cast<double>(settings.light_map_size) * settings.light_map_size * (2 * 16 + 11)});
+    const bool grazing = !scene.on_device && grazes(scene.mesh, light.towards);
+    if ((!(e > 0.0) || grazing) && !kept(settings, "dark-lights")) {
+      const char* why = e > 0.0 ? "runs along all of the surface" : "has no irradiance";
+      plan.left_out.push_back({"dark-lights", fmt::format("light {} {}: no maps of it", i + 1, why), "bytes",
+                               static_cast<double>(settings.light_map_size) * settings.light_map_size * (2 * 16 + 8)});
       continue;
     }
-    plan.lights.push_back({light, 1});
+    plan.lights.push_back({light, static_cast<std::uint32_t>(i), 1});
     flux.push_back(std::max(e, 0.0));
   }
   if (plan.lights.empty()) {
-    plan.warnings.push_back("no light has any irradiance: the image is black");
-    plan.lights.push_back({{glm::dvec3(0, 0, 1), glm::dvec3(0.0)}, 1});
+    plan.warnings.push_back("no light reaches the object: the image is black");
+    plan.lights.push_back({{glm::dvec3(0, 0, 1), glm::dvec3(0.0)}, 0, 1});
     flux.push_back(1.0);
   }
   const double total = std::max(std::accumulate(flux.begin(), flux.end(), 0.0), 1e-300);
@@ -119,11 +125,13 @@ void plan_lights(Plan& plan, const Scene& scene, const Settings& settings) {
   for (std::size_t i = 0; i < flux.size(); ++i) {
     const double share = flux[i] / total * half;
     plan.lights[i].samples = std::max<std::uint32_t>(1, static_cast<std::uint32_t>(share));
+    if (!(flux[i] > 0.0)) continue;  // the others share as if it weren't there
     given += plan.lights[i].samples;
     remainders.emplace_back(static_cast<double>(plan.lights[i].samples) - share, i);
   }
   std::sort(remainders.begin(), remainders.end());
-  for (std::size_t i = 0; given < half; ++i, ++given) ++plan.lights[remainders[i % remainders.size()].second].samples;
+  for (std::size_t i = 0; given < half && !remainders.empty(); ++i, ++given)
+    ++plan.lights[remainders[i % remainders.size()].second].samples;
 }
 
 std::size_t n_positions(const Scene& scene) {
@@ -268,10 +276,10 @@ std::vector<std::uint32_t> mip_offsets(glm::uvec2 film, std::uint32_t count) {
 
 Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& device) {
   for (const std::string& name : settings.keep)
-    if (name != "all" && std::find(omissions.begin(), omissions.end(), name) == omissions.end())
+    if (name != "all" && std::find(omission_names.begin(), omission_names.end(), name) == omission_names.end())
       throw Error(ErrorKind::usage,
                   fmt::format("--keep {}: nothing of that name is ever left out; choose all or one of {}", name,
-                              fmt::join(omissions, ", ")));
+                              fmt::join(omission_names, ", ")));
   check_scene(scene);
   if (std::uint64_t{settings.frames} * settings.samples >= std::uint64_t{1} << 32)
     throw Error(ErrorKind::usage, "--frames times --samples must stay below 2^32, where sample numbers end; lower one");
@@ -294,6 +302,12 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
     plan.left_out.push_back({"clipping", "the object lies inside every camera's near plane and guard band", "bytes",
                              static_cast<double>(n_triangles(scene) * 5 * sizeof(kernels::RasterTriangle)), false});
   plan_gather(plan, scene, settings);
+  plan.height_pyramids = settings.estimator == Estimator::automatic || kept(settings, "height-pyramids");
+  if (!plan.height_pyramids)
+    plan.left_out.push_back(
+        {"height-pyramids", "this estimator looks for no nearest lit place", "bytes",
+         static_cast<double>((mip_offsets(glm::uvec2(settings.light_map_size), 1).back() * plan.lights.size() - 1) *
+                             sizeof(cl_float2))});
   plan.pyramids = settings.pyramids && planned_layers(plan, scene, settings).second != glm::uvec2(1);
 
   plan.lanes = device.vector_width;

@@ -12,9 +12,10 @@
 
 namespace parian {
 
-/// A light that takes part, and the samples that a frame takes of it for each half.
+/// A light that takes part, its place in the scene, and the samples that a frame takes of it for each half.
 struct PlannedLight {
   DirectionalLight light;
+  std::uint32_t number = 0;
   std::uint32_t samples = 0;
 };
 
@@ -28,6 +29,7 @@ struct Plan {
   Gather gather = Gather::layers;  ///< not automatic any more
   bool clipping = false;
   bool pyramids = true;
+  bool height_pyramids = true;     ///< of the light maps
   std::uint32_t slots = 1;         ///< set-up records per triangle
   std::uint32_t lanes = 1;         ///< samples side by side in pass 2
   std::uint32_t window = 0;        ///< pixels along a side of what is gathered at once

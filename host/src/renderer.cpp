@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "renderer_state.hpp"
 #include "self_test.hpp"
@@ -111,8 +112,10 @@ void Renderer::State::plan_layers() {
     return;
   }
   SurfaceSight sight;
-  std::vector<kernels::View> views =
-      place_layers(passes, scene.mesh.positions, scene.mesh.triangles, settings.layers, settings.layer_size, sight);
+  std::vector<kernels::View> views = place_layers(passes, scene.mesh.positions, scene.mesh.triangles, settings.layers,
+                                                  settings.layer_size, sight, kept(settings, "redundant-layers"));
+  leave_out("redundant-layers", fmt::format("{} layers see all of the surface as well as more would", views.size()),
+            "layers", settings.layers - static_cast<double>(views.size()));
   for (std::size_t k = 0; k < views.size(); ++k) views[k].number = static_cast<cl_uint>(k);
   make_layers(passes, views, plan.pyramids);
   statistics.layers_covered = layer_coverage(passes, sight);
@@ -197,7 +200,14 @@ bool Renderer::checkpoint() const {
   // Error falls about as one over the frames, never as their square: until then it needn't be asked for.
   const double ratio = static_cast<double>(s.estimated_at) / s.frame;
   const bool hopeless = s.estimated_at > 0 && s.statistics.estimated_relmse * ratio * ratio > s.settings.error;
-  return !hopeless || !(s.settings.error > 0) || kept(s.settings, "checkpoints");
+  if (!hopeless || !(s.settings.error > 0) || kept(s.settings, "checkpoints")) return true;
+  if (s.last_unestimated != s.frame) ++s.unestimated;  // however often it is asked
+  s.last_unestimated = s.frame;
+  return false;
+}
+
+bool Renderer::State::settles(std::uint32_t positions) const {
+  return positions > interior_positions && !kept(settings, "interior-positions");
 }
 
 /// All subpixel positions of one window; those of edges alone after the first few.
@@ -205,10 +215,10 @@ void Renderer::State::gather_window(std::size_t camera, kernels::Window w, const
                                     std::uint32_t positions) {
   const kernels::View& view = cameras[camera];
   const std::uint32_t rounds = (frame + positions - 1) / positions;
-  const bool settles = positions > interior_positions && !kept(settings, "interior-positions");
-  if (settles) compute.fill(passes.film.edges, 0, std::size_t{w.width} * w.height);
+  const bool settling = settles(positions);
+  if (settling) compute.fill(passes.film.edges, 0, std::size_t{w.width} * w.height);
   for (std::uint32_t i = 0; i < positions; ++i) {
-    if (settles && i == interior_positions) {
+    if (settling && i == interior_positions) {
       settle_film(passes, w, levels.size(), i, positions);
       open_film(passes, view, w);
     }
@@ -217,9 +227,9 @@ void Renderer::State::gather_window(std::size_t camera, kernels::Window w, const
     w.sample_y = s.y;
     undrawn += !draw_film(passes, view, w, kept(settings, "camera-redraws"), Stage::gather);
     gather(passes, view, w, layers_of(camera), levels, 1.0F / static_cast<float>(frame), i * rounds, rounds,
-           Stage::gather, settles && i < interior_positions ? i : NO_POSITION);
+           Stage::gather, settling && i < interior_positions ? i : NO_POSITION);
   }
-  if (settles) close_film(passes);
+  if (settling) close_film(passes);
 }
 
 std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std::vector<cl_uint>& levels,
@@ -255,6 +265,11 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
     const std::vector<kernels::float4> sums =
         compute.read<kernels::float4>(passes.film.sums, pixels * 2 * levels.size());
     direct += compute.read<cl_uint>(passes.film.n_direct, 1, 1)[0];
+    if (settles(positions)) {
+      const std::vector<cl_uint> open = compute.read<cl_uint>(passes.film.open, pixels);
+      for (std::size_t i = 0; i < pixels; ++i)
+        if (!open[i] && sums[2 * i].w > 0) unasked += positions - interior_positions;
+    }
     for (std::size_t set = 0; set < levels.size(); ++set)
       for (std::size_t i = 0; i < pixels; ++i) {
         const kernels::float4 a = sums[2 * (set * pixels + i)], b = sums[2 * (set * pixels + i) + 1];
@@ -307,6 +322,9 @@ double Renderer::estimate() {
 Image Renderer::image(std::size_t camera) {
   State& s = *state_;
   if (s.estimated_at == 0) estimate();  // which pyramid level to show
+  std::optional<Timer> timer;
+  if (camera > 0) timer.emplace(s.further_seconds);
+  s.further_views += camera > 0;
   return with_device_errors(s.compute.info(), [&] {
     std::vector<cl_uint> levels;
     if (s.level > 0) levels.push_back(s.level);

@@ -64,8 +64,14 @@ struct Renderer::State {
   std::uint64_t fallback_pixels = 0;  // of the last gather
   double direct_evaluations = 0.0;    // at pixels themselves
   std::uint32_t redraws = 0;          // of the light maps, after the first
-  std::uint32_t unbuilt = 0;          // pyramid levels that nothing read
-  std::uint32_t undrawn = 0;          // views of the camera that were there already
+  // What has been left out while rendering:
+  std::uint32_t unbuilt = 0;           // pyramid levels that nothing read
+  std::uint32_t undrawn = 0;           // views of the camera that were there already
+  std::uint32_t unestimated = 0;       // checkpoints where the error could not be below its target yet
+  std::uint32_t last_unestimated = 0;  // the frame of the last of these
+  std::uint64_t unasked = 0;           // subpixel positions of pixels on one smooth surface
+  double further_seconds = 0;          // of pictures after the first
+  std::uint32_t further_views = 0;
 
   void prepare();
   void settle();  // waits, if stages are timed
@@ -77,8 +83,11 @@ struct Renderer::State {
   void allocate_film();
   [[nodiscard]] LayerRange layers_of(std::size_t camera) const;
   void leave_out(const std::string& what, const std::string& why, const std::string& unit, double count);
+  [[nodiscard]] std::vector<Omission> left_out_while_rendering() const;
   [[nodiscard]] std::uint32_t samples_per_frame() const;
   [[nodiscard]] std::uint32_t positions_of_estimate(std::size_t camera) const;
+  /// Whether, of so many subpixel positions, pixels without an edge near by need the first few only.
+  [[nodiscard]] bool settles(std::uint32_t positions) const;
   /// Estimated relMSE of looking light up in layers, from some random pixels of the image whose halves these are.
   double bias_relmse(std::size_t camera, const Halves& image);
   void gather_window(std::size_t camera, kernels::Window w, const std::vector<cl_uint>& levels,

@@ -31,6 +31,25 @@ void Renderer::State::leave_out(const std::string& what, const std::string& why,
   if (count > 0.0) plan.left_out.push_back({what, why, unit, count, false});
 }
 
+/// What depends on how rendering goes, with the saving so far.
+std::vector<Omission> Renderer::State::left_out_while_rendering() const {
+  const double lights = static_cast<double>(plan.lights.size());
+  std::vector<Omission> all{
+      {"light-map-redraws", "maps are redrawn only when a shift is due", "light maps",
+       frame > redraws + 1 ? 2 * lights * (frame - 1 - redraws) : 0.0},
+      {"camera-redraws", "a camera's view that has been drawn is read again", "draws", static_cast<double>(undrawn)},
+      {"interior-positions", "pixels on one smooth surface need 8 of 64 subpixel positions", "look-ups",
+       static_cast<double>(unasked)}};
+  if (settings.error > 0)
+    all.push_back({"checkpoints", "the error can't be below its target yet, going by the last estimate", "estimates",
+                   static_cast<double>(unestimated)});
+  if (plan.pyramids)
+    all.push_back(
+        {"pyramids", "no pixel reads levels coarser than the one shown", "levels", static_cast<double>(unbuilt)});
+  std::erase_if(all, [&](const Omission& o) { return kept(settings, o.what); });
+  return all;
+}
+
 std::uint32_t Renderer::State::samples_per_frame() const {
   std::uint32_t samples = 0;
   for (const PlannedLight& light : plan.lights) samples += 2 * light.samples;
@@ -68,11 +87,8 @@ std::vector<std::string> Renderer::explanation() const {
   for (const Omission& o : s.plan.left_out)
     lines.push_back(fmt::format("left out  {}: {}; saves {:.0f} {}{}", o.what, o.why, o.count, o.unit,
                                 o.unit == "evaluations" ? " a frame" : ""));
-  for (const auto& [what, why] : {std::pair("light-map-redraws", "maps are redrawn only when a shift is due"),
-                                  std::pair("camera-redraws", "a camera's view that has been drawn is read again"),
-                                  std::pair("pyramids", "levels are built only while the image reads them")})
-    if (!kept(s.settings, what))
-      lines.push_back(fmt::format("left out  {}: {}; saving counted while rendering", what, why));
+  for (const Omission& o : s.left_out_while_rendering())
+    lines.push_back(fmt::format("left out  {}: {}; saves {}, counted while rendering", o.what, o.why, o.unit));
   return lines;
 }
 
@@ -95,16 +111,9 @@ const Statistics& Renderer::statistics() const {
     else if (o.unit == "evaluations")
       o.count *= s.frame;
   }
-  const std::uint32_t redraw_launches = static_cast<std::uint32_t>(s.plan.lights.size()) * (1 + 2 * 5);
-  if (s.frame > s.redraws + 1)
-    t.left_out.push_back({"light-map-redraws", "maps are redrawn only when a shift is due", "launches",
-                          static_cast<double>(s.frame - 1 - s.redraws) * redraw_launches, false});
-  if (s.undrawn > 0)
-    t.left_out.push_back({"camera-redraws", "a camera's view that has been drawn is read again", "launches",
-                          static_cast<double>(s.undrawn) * 5, false});
-  if (s.unbuilt > 0)
-    t.left_out.push_back({"pyramids", "no pixel reads levels coarser than the one shown", "launches",
-                          static_cast<double>(s.unbuilt), false});
+  for (const Omission& o : s.left_out_while_rendering())
+    if (o.count > 0) t.left_out.push_back(o);
+  if (s.further_views > 0) t.further_view_seconds = s.further_seconds / s.further_views;
   t.bytes_peak = s.compute.bytes_peak();
   t.bytes_planned = s.plan.bytes;
   t.kernel_seconds = {};

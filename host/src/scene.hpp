@@ -54,6 +54,13 @@ struct Scene {
   glm::uvec2 film{512, 512};
 };
 
+/// What may be left out, by the names that Settings::keep takes.
+inline constexpr std::array omission_names{
+    "equal-channels", "black-channels",    "dark-lights", "clipping", "height-pyramids",    "redundant-layers",
+    "unread-texels",  "idle-layers",       "layers",      "pyramids", "interior-positions", "checkpoints",
+    "camera-redraws", "light-map-redraws",
+};
+
 enum class Model { directional, standard, better };
 enum class Estimator { automatic, radial, disc };
 enum class Gather { automatic, layers, camera };
@@ -122,6 +129,7 @@ struct Statistics {
   std::uint64_t bytes_peak = 0;     ///< on the device
   std::uint64_t bytes_planned = 0;  ///< the plan's bound of it
   std::vector<Omission> left_out;
+  double further_view_seconds = -1.0;  ///< wall time of each picture after the first; negative: not known
   std::uint64_t nonfinite = 0;
   std::vector<std::string> warnings;
 };

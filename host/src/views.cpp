@@ -161,7 +161,8 @@ SurfacePoints surface_points(const std::vector<glm::dvec3>& positions, const std
   return points;
 }
 
-std::vector<std::size_t> choose_directions(const std::vector<std::vector<float>>& quality, std::size_t count) {
+std::vector<std::size_t> choose_directions(const std::vector<std::vector<float>>& quality, std::size_t count,
+                                           bool complete) {
   const std::size_t points = quality.empty() ? 0 : quality.front().size();
   // Being seen at all is worth 1, head-on a little more: coverage first, then resolution. In integers, whose sums
   // compilers vectorise: at most 1.5 x 2^14 a point.
@@ -186,6 +187,7 @@ std::vector<std::size_t> choose_directions(const std::vector<std::vector<float>>
         winner = c;
       }
     }
+    if (most == 0 && k > 0 && !complete) break;
     used[winner] = true;
     chosen.push_back(winner);
     for (std::size_t p = 0; p < points; ++p) best[p] = std::max(best[p], worth[winner][p]);

@@ -43,8 +43,9 @@ struct SurfacePoints {
                                            const std::vector<glm::uvec3>& triangles, std::size_t count);
 
 /// Chooses `count` of the candidate directions greedily, each by the surface that it adds: quality[c][p] is the cosine
-/// at which candidate c sees point p, 0 where it doesn't. A point is worth its best cosine, sight counting most.
+/// at which candidate c sees point p, 0 where it doesn't. A point is worth its best cosine, sight counting most. Where
+/// no candidate adds anything any more, the choice ends early, unless it has to be `complete`.
 [[nodiscard]] std::vector<std::size_t> choose_directions(const std::vector<std::vector<float>>& quality,
-                                                         std::size_t count);
+                                                         std::size_t count, bool complete = false);
 
 }  // namespace parian

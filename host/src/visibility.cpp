@@ -67,7 +67,7 @@ std::vector<kernels::Window> tiles(glm::uvec2 film, std::uint32_t side) {
 
 std::vector<kernels::View> place_layers(Passes& p, const std::vector<glm::dvec3>& positions,
                                         const std::vector<glm::uvec3>& triangles, std::uint32_t count,
-                                        std::uint32_t size, SurfaceSight& sight) {
+                                        std::uint32_t size, SurfaceSight& sight, bool complete) {
   const SurfacePoints surface = surface_points(positions, triangles, surface_samples);
   for (std::size_t i = 0; i < surface.x.size(); ++i) {
     const glm::vec3 x(surface.x[i]), n(surface.n[i]);
@@ -92,7 +92,7 @@ std::vector<kernels::View> place_layers(Passes& p, const std::vector<glm::dvec3>
   };
   std::vector<std::size_t> even(count);
   for (std::size_t i = 0; i < even.size(); ++i) even[i] = 2 * i;
-  const std::vector<std::size_t> greedy = choose_directions(seen, count);
+  const std::vector<std::size_t> greedy = choose_directions(seen, count, complete);
   std::vector<kernels::View> views;
   for (const std::size_t c : covered(greedy) >= covered(even) ? greedy : even)
     views.push_back(orthographic_view(positions, c % 2 == 0 ? directions[c / 2] : -directions[c / 2], size));

@@ -13,10 +13,11 @@ struct SurfaceSight {
 };
 
 /// Places `count` layers of `size` texels a side greedily, by the surface that each adds to what the others see; never
-/// covering less than evenly spread directions do. `positions` in object units. Fills `sight`.
+/// covering less than evenly spread directions do. Fewer where no more add anything, unless all are asked for with
+/// `complete`. `positions` in object units. Fills `sight`.
 [[nodiscard]] std::vector<kernels::View> place_layers(Passes& p, const std::vector<glm::dvec3>& positions,
                                                       const std::vector<glm::uvec3>& triangles, std::uint32_t count,
-                                                      std::uint32_t size, SurfaceSight& sight);
+                                                      std::uint32_t size, SurfaceSight& sight, bool complete = false);
 
 /// Bytes on the device that placing `layers` layers takes for a while.
 [[nodiscard]] std::uint64_t sight_bytes(std::uint32_t layers);

@@ -282,8 +282,9 @@ typedef struct parian_statistics {
   double estimated_bias_relmse;                    /* negative: not known */
   uint64_t bytes_peak, bytes_planned;              /* of device memory */
   uint64_t nonfinite;                              /* values that had to be set to 0 in images read */
-  parian_seconds seconds;                          /* wall; by stage with settings.time_stages only */
-  parian_seconds kernel_seconds;                   /* by events; 0 on queues without profiling */
+  double further_view_seconds;   /* wall time of each image read after the first; negative: not known */
+  parian_seconds seconds;        /* wall; by stage with settings.time_stages only */
+  parian_seconds kernel_seconds; /* by events; 0 on queues without profiling */
   size_t n_omissions, n_warnings, n_explanations;
 } parian_statistics;
 

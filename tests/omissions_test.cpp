@@ -1,0 +1,217 @@
+// What is left out: each omission alone shows the picture that keeping it shows, and saves what it says that it saves.
+#include <fmt/ranges.h>
+
+#include <functional>
+
+#include "test_render.hpp"
+
+namespace parian::test {
+namespace {
+
+struct Rendering {
+  Image image;
+  Statistics statistics;
+  KernelTable kernels;
+  int estimates = 0;
+};
+
+Rendering run(const Scene& scene, const Settings& settings, std::uint32_t frames) {
+  Renderer renderer(scene, settings, device_selector());
+  Rendering r;
+  while (renderer.frames() < frames) {
+    renderer.frame();
+    if (!renderer.checkpoint()) continue;
+    renderer.estimate();
+    ++r.estimates;
+  }
+  r.image = renderer.image(0);
+  r.statistics = renderer.statistics();
+  r.kernels = renderer.kernel_table();
+  return r;
+}
+
+double launches(const Rendering& r, Stage stage, const char* kernel) {
+  const auto found = r.kernels.find({stage, kernel});
+  return found == r.kernels.end() ? 0.0 : static_cast<double>(found->second.launches);
+}
+
+/// What a run has spent of that which an omission counts.
+double spent(const Rendering& r, const std::string& unit) {
+  if (unit == "evaluations") return r.statistics.evaluations;
+  if (unit == "bytes") return static_cast<double>(r.statistics.bytes_peak);
+  if (unit == "layers") return r.statistics.layers_count;
+  if (unit == "light maps") return launches(r, Stage::light_map, "light_map_resolve");
+  if (unit == "draws") return launches(r, Stage::gather, "raster_depth_large");
+  if (unit == "levels") return launches(r, Stage::pyramids, "pyramids_level");
+  if (unit == "estimates") return r.estimates;
+  return NAN;
+}
+
+double omitted(const Rendering& r, const std::string& what, std::string* unit = nullptr) {
+  double count = 0.0;
+  for (const Omission& o : r.statistics.left_out) {
+    if (o.what != what) continue;
+    count += o.count;
+    if (unit) *unit = o.unit;
+  }
+  return count;
+}
+
+enum class Same { bits, picture, noise };
+
+struct Case {
+  const char* what;
+  Same same;
+  double tolerance;  // of Same::picture: relMSE
+  std::function<void(Scene&, Settings&)> change;
+  std::uint32_t frames = 3;
+};
+
+void face_on(Scene& scene) {  // of a box, one face is seen
+  scene.mesh = box({20, 20, 20});
+  scene.cameras[0].eye = {0, 0, 110};
+}
+
+const std::vector<Case>& cases() {
+  static const std::vector<Case> all{
+      {"equal-channels", Same::bits, 0, [](Scene& s, Settings&) { s.material = material(2.0, 0.01); }},
+      {"black-channels", Same::bits, 0, [](Scene& s, Settings&) { s.material.sigma_s.y = 0.0; }},
+      {"dark-lights", Same::bits, 0,
+       [](Scene& s, Settings&) {  // before others, whose samples must not change
+         s.lights.insert(s.lights.begin(), {{-0.3, 0.2, 1.0}, glm::dvec3(0.0)});
+         s.lights.push_back({{-0.8, 0.35, 0.5}, glm::dvec3(1.0)});
+       }},
+      {"clipping", Same::bits, 0, [](Scene&, Settings&) {}},
+      {"height-pyramids", Same::bits, 0,
+       [](Scene& s, Settings& settings) {
+         s.lights[0].towards = {0.2, 0.3, 1.0};
+         settings.estimator = Estimator::radial;
+       }},
+      // More layers average more texels.
+      {"redundant-layers", Same::noise, 0,
+       [](Scene& s, Settings&) {
+         s.mesh = box({60, 40, 20});
+       },
+       16},
+      // A texel that is read between the marked subpixel positions is not there, and its neighbours count for more.
+      {"unread-texels", Same::picture, 1e-4, [](Scene&, Settings& settings) { settings.pyramids = false; }},
+      {"idle-layers", Same::bits, 0, [](Scene& s, Settings&) { face_on(s); }},
+      // Texels lie elsewhere, and so do samples.
+      {"layers", Same::noise, 0, [](Scene&, Settings& settings) { settings.gather = Gather::automatic; }, 16},
+      {"pyramids", Same::bits, 0, [](Scene&, Settings&) {}},
+      // 8 subpixel positions of a smooth surface instead of 64.
+      {"interior-positions", Same::picture, 1e-5, [](Scene&, Settings&) {}},
+      // Which level is shown may depend on when it was chosen; without levels nothing does.
+      {"checkpoints", Same::bits, 0,
+       [](Scene&, Settings& settings) {
+         settings.pyramids = false;
+         settings.error = 1e-5;
+       },
+       8},
+      {"camera-redraws", Same::bits, 0, [](Scene&, Settings&) {}},
+      {"light-map-redraws", Same::bits, 0, [](Scene&, Settings&) {}},
+  };
+  return all;
+}
+
+void check(const Case& c) {
+  Scene scene = scene_of(model("torus"), find_material("marble"));
+  Settings settings = small_settings();
+  c.change(scene, settings);
+  if (c.same == Same::noise) settings.pyramids = false;  // blur isn't noise
+  Settings keep = settings;
+  keep.keep = {c.what};
+  const Rendering without = run(scene, settings, c.frames), with = run(scene, keep, c.frames);
+
+  std::string unit;
+  const double said = omitted(without, c.what, &unit);
+  const double saved = spent(with, unit) - spent(without, unit);
+  const double error = relmse(without.image, with.image);
+  const double noise = without.statistics.estimated_relmse + with.statistics.estimated_relmse;
+  fmt::print("{}: saves {:.0f} {}, measured {:.0f}; relMSE {:.2g}, expected of noise {:.2g}\n", c.what, said, unit,
+             saved, error, noise);
+  EXPECT_GT(said, 0.0) << c.what;
+  EXPECT_EQ(omitted(with, c.what), 0.0) << c.what;
+  if (unit == "bytes" && std::string(c.what) != "idle-layers") {  // these are there until it's known that they idle
+    EXPECT_GE(saved, said) << c.what;
+  } else if (std::string(c.what) == "unread-texels") {
+    EXPECT_NEAR(saved / said, 1.0, 0.01) << "pixels that no layer sees are another few";
+  } else if (unit == "look-ups") {  // nothing counts those made: 56 at each pixel of the inside, no more
+    EXPECT_LE(said, 56.0 * static_cast<double>(pixels_inside(without.image))) << c.what;
+    EXPECT_GT(said, 28.0 * static_cast<double>(pixels_inside(without.image))) << c.what;
+  } else if (std::string(c.what) != "layers" && unit != "bytes") {
+    EXPECT_EQ(saved, said) << c.what;
+  }
+
+  if (c.same == Same::bits) {
+    EXPECT_TRUE(same_bits(without.image, with.image)) << c.what << ": " << difference(without.image, with.image);
+  } else {
+    EXPECT_LT(error, c.same == Same::noise ? 2.0 * noise : c.tolerance) << c.what;
+  }
+}
+
+TEST(Omissions, each_alone_shows_the_same_picture) {
+  for (const Case& c : cases()) check(c);
+}
+
+TEST(Omissions, all_are_tried) {
+  for (const char* name : omission_names)
+    EXPECT_EQ(std::count_if(cases().begin(), cases().end(), [&](const Case& c) { return c.what == std::string(name); }),
+              1)
+        << name;
+}
+
+// Before the first frame and after the last, `--explain` and `--stats` name the same for the same reasons.
+TEST(Omissions, explanation_and_statistics_agree) {
+  Renderer renderer(scene_of(model("torus"), material(2.0, 0.01)), small_settings(), device_selector());
+  const auto explain = [&] { return fmt::format("{}", fmt::join(renderer.explanation(), "\n")); };
+  const std::string before = explain();
+  for (int i = 0; i < 3; ++i) renderer.frame();
+  (void)renderer.image(0);
+  const std::string after = explain();
+  for (const Omission& o : renderer.statistics().left_out) {
+    const std::string line = fmt::format("left out  {}: {}; saves ", o.what, o.why);
+    EXPECT_NE(before.find(line), std::string::npos) << line;
+    EXPECT_NE(after.find(line), std::string::npos) << line;
+  }
+}
+
+// A flat object seen edge-on by a light gets none of it: the other light has all the samples.
+TEST(Omissions, light_along_the_surface) {
+  Scene scene =
+      scene_of(mesh_of({{-30, -20, 0}, {30, -25, 0}, {0, 30, 0}}, {0, 1, 2}), find_material("marble"), {32, 32});
+  scene.lights = {{{0, 0, 1}, glm::dvec3(1.0)}};
+  const Rendering alone = run(scene, small_settings(), 2);
+  scene.lights.push_back({{0.6, 0.8, 0}, glm::dvec3(5.0)});
+  const Rendering both = run(scene, small_settings(), 2);
+  EXPECT_GT(omitted(both, "dark-lights"), 0.0);
+  EXPECT_GT(mean_value(alone.image), 0.0);
+  EXPECT_TRUE(same_bits(alone.image, both.image)) << difference(alone.image, both.image);
+}
+
+// One view of a grey object needs a third of the evaluations for its channels, and less than half of the texels.
+TEST(Omissions, grey_still_takes_a_sixth) {
+  const Scene scene = scene_of(model("figure"), material(2.0, 0.01), {128, 128});
+  for (const Gather gather : {Gather::layers, Gather::automatic}) {
+    const auto evaluations = [&](const std::set<std::string>& keep) {
+      Settings settings = small_settings();
+      settings.layers = 16;
+      settings.layer_size = 96;
+      settings.gather = gather;
+      settings.keep = keep;
+      return run(scene, settings, 2).statistics.evaluations;
+    };
+    const double least = evaluations({}), all = evaluations({"all"}), channels = evaluations({"equal-channels"});
+    const double texels = gather == Gather::layers ? evaluations({"unread-texels"}) : NAN;
+    fmt::print("{}: all {:.2f}, equal channels {:.4f}, unread texels {:.2f} times {:.4g} evaluations\n",
+               gather == Gather::layers ? "layers" : "auto", all / least, channels / least, texels / least, least);
+    EXPECT_GE(all, 6.0 * least);
+    EXPECT_EQ(channels, 3.0 * least);
+    if (gather == Gather::layers) {  // a camera's own view has no texels that aren't read
+      EXPECT_GE(texels, 2.0 * least);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace parian::test
