@@ -5,7 +5,6 @@
 
 #include "kernels/raster.h"
 #include "renderer_state.hpp"
-#include "visibility.hpp"
 
 namespace parian {
 namespace {

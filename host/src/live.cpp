@@ -3,7 +3,6 @@
 
 #include "image_target.hpp"
 #include "renderer_state.hpp"
-#include "visibility.hpp"
 
 namespace parian {
 namespace {
@@ -26,13 +25,13 @@ void Renderer::State::plan_live_layers() {
   std::vector<kernels::View> views;
   if (device_mesh) {
     const std::vector<glm::dvec3> sphere = sphere_points();
-    for (const glm::dvec3& d : even_directions(settings.layers))
+    for (const glm::dvec3& d : even_directions(settings.layers)) {
       views.push_back(orthographic_view(sphere, d, settings.layer_size));
+      views.back().number = static_cast<cl_uint>(views.size() - 1);
+    }
   } else {
-    views = place_layers(passes, scene.mesh.positions, scene.mesh.triangles, settings.layers, settings.layer_size,
-                         sight, kept(settings, "redundant-layers"));
+    views = placed_layers(sight);
   }
-  for (std::size_t k = 0; k < views.size(); ++k) views[k].number = static_cast<cl_uint>(k);
   make_layers(passes, views, plan.pyramids);
   statistics.layers_covered = device_mesh ? -1.0 : layer_coverage(passes, sight);
   allocate_points(passes, passes.layers.level_first[1]);

@@ -102,7 +102,7 @@ void plan_lights(Plan& plan, const Scene& scene, const Settings& settings) {
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     const DirectionalLight& light = scene.lights[i];
     const double e = light.irradiance.x + light.irradiance.y + light.irradiance.z;
-    const bool grazing = !scene.on_device && grazes(scene.mesh, light.towards);
+    const bool grazing = settings.still && !scene.on_device && grazes(scene.mesh, light.towards);
     if ((!(e > 0.0) || grazing) && !kept(settings, "dark-lights")) {
       const char* why = e > 0.0 ? "runs along all of the surface" : "has no irradiance";
       plan.left_out.push_back({"dark-lights", fmt::format("light {} {}: no maps of it", i + 1, why), "bytes",
@@ -184,7 +184,7 @@ void plan_gather(Plan& plan, const Scene& scene, const Settings& settings) {
     plan.gather = Gather::layers;
   else
     plan.left_out.push_back({"layers", "the cameras' own views are all the layers that they need", "layers",
-                             static_cast<double>(settings.layers), false});
+                             settings.layers - static_cast<double>(count), false});
 }
 
 void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const DeviceInfo& device) {

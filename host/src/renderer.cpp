@@ -10,7 +10,6 @@
 
 #include "renderer_state.hpp"
 #include "self_test.hpp"
-#include "visibility.hpp"
 
 namespace parian {
 namespace {
@@ -100,6 +99,15 @@ LayerRange Renderer::State::layers_of(std::size_t camera) const {
   return {0, passes.layers.count()};
 }
 
+std::vector<kernels::View> Renderer::State::placed_layers(SurfaceSight& sight) {
+  std::vector<kernels::View> views = place_layers(passes, scene.mesh.positions, scene.mesh.triangles, settings.layers,
+                                                  settings.layer_size, sight, kept(settings, "redundant-layers"));
+  leave_out("redundant-layers", fmt::format("{} layers see all of the surface as well as more would", views.size()),
+            "layers", settings.layers - static_cast<double>(views.size()));
+  for (std::size_t k = 0; k < views.size(); ++k) views[k].number = static_cast<cl_uint>(k);
+  return views;
+}
+
 void Renderer::State::plan_layers() {
   if (plan.gather == Gather::camera) {  // nothing to place, and all that is seen is read
     std::vector<kernels::View> views;
@@ -112,11 +120,7 @@ void Renderer::State::plan_layers() {
     return;
   }
   SurfaceSight sight;
-  std::vector<kernels::View> views = place_layers(passes, scene.mesh.positions, scene.mesh.triangles, settings.layers,
-                                                  settings.layer_size, sight, kept(settings, "redundant-layers"));
-  leave_out("redundant-layers", fmt::format("{} layers see all of the surface as well as more would", views.size()),
-            "layers", settings.layers - static_cast<double>(views.size()));
-  for (std::size_t k = 0; k < views.size(); ++k) views[k].number = static_cast<cl_uint>(k);
+  const std::vector<kernels::View> views = placed_layers(sight);
   make_layers(passes, views, plan.pyramids);
   statistics.layers_covered = layer_coverage(passes, sight);
   std::vector<cl_uint> needed = covered_texels(passes);

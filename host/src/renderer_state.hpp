@@ -10,6 +10,7 @@
 #include "estimate.hpp"
 #include "passes.hpp"
 #include "renderer.hpp"
+#include "visibility.hpp"
 
 namespace parian {
 
@@ -77,6 +78,7 @@ struct Renderer::State {
   void settle();  // waits, if stages are timed
   void plan_layers();
   void plan_live_layers();
+  [[nodiscard]] std::vector<kernels::View> placed_layers(SurfaceSight& sight);
   void measure_rate();
   void apply_changes();
   void count_layers(std::size_t covered, std::size_t needed);
