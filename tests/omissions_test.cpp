@@ -64,7 +64,7 @@ struct Case {
   std::uint32_t frames = 3;
 };
 
-constexpr double none = 0, little = 0.01, all = 2;
+constexpr double no_bit = 0, little = 0.01, noise_alone = 2;
 
 void face_on(Scene& scene) {  // of a box, one face is seen
   scene.mesh = box({20, 20, 20});
@@ -73,21 +73,21 @@ void face_on(Scene& scene) {  // of a box, one face is seen
 
 const std::vector<Case>& cases() {
   static const std::vector<Case> table{
-      {"equal-channels", none, [](Scene& s, Settings&) { s.material = material(2.0, 0.01); }},
-      {"black-channels", none, [](Scene& s, Settings&) { s.material.sigma_s.y = 0.0; }},
-      {"dark-lights", none,
+      {"equal-channels", no_bit, [](Scene& s, Settings&) { s.material = material(2.0, 0.01); }},
+      {"black-channels", no_bit, [](Scene& s, Settings&) { s.material.sigma_s.y = 0.0; }},
+      {"dark-lights", no_bit,
        [](Scene& s, Settings&) {  // before others, whose samples must not change
          s.lights.insert(s.lights.begin(), {{-0.3, 0.2, 1.0}, glm::dvec3(0.0)});
          s.lights.push_back({{-0.8, 0.35, 0.5}, glm::dvec3(1.0)});
        }},
-      {"clipping", none, [](Scene&, Settings&) {}},
-      {"height-pyramids", none,
+      {"clipping", no_bit, [](Scene&, Settings&) {}},
+      {"height-pyramids", no_bit,
        [](Scene& s, Settings& settings) {
          s.lights[0].towards = {0.2, 0.3, 1.0};
          settings.estimator = Estimator::radial;
        }},
       // More layers average more texels.
-      {"redundant-layers", all,
+      {"redundant-layers", noise_alone,
        [](Scene& s, Settings& settings) {
          s.mesh = box({60, 40, 20});
          settings.keep = {"idle-layers"};  // or some of them go all the same
@@ -96,27 +96,27 @@ const std::vector<Case>& cases() {
        16},
       // A texel that is read between the marked subpixel positions is not there, and its neighbours count for more.
       {"unread-texels", little, [](Scene&, Settings& settings) { settings.pyramids = false; }},
-      {"idle-layers", none, [](Scene& s, Settings&) { face_on(s); }},
+      {"idle-layers", no_bit, [](Scene& s, Settings&) { face_on(s); }},
       // Texels lie elsewhere, and so do samples.
-      {"layers", all,
+      {"layers", noise_alone,
        [](Scene&, Settings& settings) {
          settings.gather = Gather::automatic;
          settings.keep = {"idle-layers"};
          settings.pyramids = false;
        },
        16},
-      {"pyramids", none, [](Scene&, Settings&) {}},
+      {"pyramids", no_bit, [](Scene&, Settings&) {}},
       // 8 subpixel positions of a smooth surface instead of 64.
       {"interior-positions", little, [](Scene&, Settings&) {}},
       // Which level is shown may depend on when it was chosen; without levels nothing does.
-      {"checkpoints", none,
+      {"checkpoints", no_bit,
        [](Scene&, Settings& settings) {
          settings.pyramids = false;
          settings.error = 1e-5;
        },
        8},
-      {"camera-redraws", none, [](Scene&, Settings&) {}},
-      {"light-map-redraws", none, [](Scene&, Settings&) {}},
+      {"camera-redraws", no_bit, [](Scene&, Settings&) {}},
+      {"light-map-redraws", no_bit, [](Scene&, Settings&) {}},
   };
   return table;
 }
@@ -156,7 +156,7 @@ void check(const Case& c) {
   }
 
   EXPECT_TRUE(same_coverage(without.image, with.image)) << c.what;
-  if (c.of_noise == none) {
+  if (c.of_noise == no_bit) {
     EXPECT_TRUE(same_bits(without.image, with.image)) << c.what << ": " << difference(without.image, with.image);
   } else {
     EXPECT_LT(error, c.of_noise * noise) << c.what;
