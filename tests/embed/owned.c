@@ -8,12 +8,12 @@
 
 #include "torus.h"
 
-#define REQUIRE(condition, what)                                \
-  do {                                                          \
-    if (!(condition)) {                                         \
+#define REQUIRE(condition, what)                                  \
+  do {                                                            \
+    if (!(condition)) {                                           \
       fprintf(stderr, "owned: %s: %s\n", what, parian_message()); \
-      return 1;                                                 \
-    }                                                           \
+      return 1;                                                   \
+    }                                                             \
   } while (0)
 #define PARIAN(call) REQUIRE((call) == PARIAN_SUCCESS, #call)
 #define OPENCL(call) REQUIRE((call) == CL_SUCCESS, #call)
@@ -48,15 +48,15 @@ int main(void) {
   REQUIRE(device, "no OpenCL device with out-of-order queues");
   cl_context context = clCreateContext(NULL, 1, &device, NULL, NULL, &code);
   OPENCL(code);
-  cl_command_queue queue =
-      clCreateCommandQueue(context, device, CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE, &code);
+  cl_command_queue queue = clCreateCommandQueue(context, device, CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE, &code);
   OPENCL(code);
 
   static float positions[3 * TORUS_POSITIONS];
   static uint32_t indices[3 * TORUS_TRIANGLES];
   torus_positions(positions, 14.0f);
   torus_indices(indices);
-  cl_mem vertices = clCreateBuffer(context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, sizeof positions, positions, &code);
+  cl_mem vertices =
+      clCreateBuffer(context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, sizeof positions, positions, &code);
   OPENCL(code);
   cl_mem triangles = clCreateBuffer(context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, sizeof indices, indices, &code);
   OPENCL(code);
