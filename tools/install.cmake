@@ -10,7 +10,8 @@ install(EXPORT parian NAMESPACE parian:: FILE parian-targets.cmake DESTINATION $
 install(FILES ${PARIAN_GENERATED}/parian-config.cmake ${PARIAN_GENERATED}/parian-config-version.cmake
   DESTINATION ${PARIAN_PACKAGE})
 install(DIRECTORY host/include/parian DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(FILES LICENSE README.md CHANGELOG.md docs/embedding.md docs/method.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES LICENSE README.md CHANGELOG.md CONTRIBUTING.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 if(PARIAN_CLI)
   install(TARGETS parian-cli)
