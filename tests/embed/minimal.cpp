@@ -22,9 +22,9 @@ int main(int argc, char** argv) try {
   settings.fixed_cameras = 1;
   renderer.set(settings);
   renderer.set_mesh(positions, indices);
-  renderer.set(parian_material{sizeof(parian_material), {2.19, 2.62, 3.00}, {0.0021, 0.0041, 0.0071}, {}, 1.5});
-  renderer.set(parian_light{sizeof(parian_light), {0.5, 0.6, -0.6}, {3.14, 3.14, 3.14}});
-  renderer.set(parian_camera{sizeof(parian_camera), {0, 120, 250}, {0, 0, 0}, {0, 1, 0}, 30}, width, height);
+  renderer.set(parian::material({2.19, 2.62, 3.00}, {0.0021, 0.0041, 0.0071}, 1.5));
+  renderer.set(parian::light({0.5, 0.6, -0.6}, {3.14, 3.14, 3.14}));
+  renderer.set(parian::camera({0, 120, 250}, {0, 0, 0}, 30), width, height);
 
   renderer.plan();
   do {

@@ -1,14 +1,14 @@
 // Two renderers of one context at work in two threads, each with a queue of its own: each makes the image that it makes
 // alone, bit for bit.
-#define CL_TARGET_OPENCL_VERSION 120
-#include <parian/parian.hpp>
-
+#define CL_HPP_TARGET_OPENCL_VERSION 120
+#define CL_HPP_MINIMUM_OPENCL_VERSION 120
+#define CL_HPP_ENABLE_EXCEPTIONS
+#include <CL/opencl.hpp>
 #include <array>
 #include <cstdlib>
-#include <exception>
 #include <future>
 #include <iostream>
-#include <stdexcept>
+#include <parian/parian.hpp>
 #include <vector>
 
 #include "torus.h"
@@ -32,17 +32,14 @@ std::vector<float> render(cl_context context, cl_device_id device, float thickne
   renderer.set(settings);
   renderer.set_mesh(positions, indices);
   renderer.set(material);
-  renderer.set(parian_light{sizeof(parian_light), {0.5, 0.6, -0.6}, {3.14, 3.14, 3.14}});
-  renderer.set(parian_camera{sizeof(parian_camera), {0, 120, 250}, {0, 0, 0}, {0, 1, 0}, 30}, width, height);
+  renderer.set(parian::light({0.5, 0.6, -0.6}, {3.14, 3.14, 3.14}));
+  renderer.set(parian::camera({0, 120, 250}, {0, 0, 0}, 30), width, height);
 
-  cl_int code = CL_SUCCESS;
-  const cl_command_queue queue = clCreateCommandQueue(context, device, 0, &code);
-  if (code != CL_SUCCESS) throw std::runtime_error("no queue");
-  renderer.plan(queue);
-  for (int i = 0; i < 3; ++i) renderer.frame(queue);
+  const cl::CommandQueue queue(cl::Context(context, true), cl::Device(device, true));
+  renderer.plan(queue());
+  for (int i = 0; i < 3; ++i) renderer.frame(queue());
   std::vector<float> rgba(4 * width * height);
-  renderer.read(0, rgba, queue);
-  clReleaseCommandQueue(queue);
+  renderer.read(0, rgba, queue());
   return rgba;
 }
 
@@ -50,12 +47,11 @@ std::vector<float> render(cl_context context, cl_device_id device, float thickne
 
 int main() try {
   const parian::Renderer first(std::getenv("PARIAN_DEVICE"));  // for its context and device
-  cl_context context = nullptr;
-  cl_device_id device = nullptr;
-  parian::require(parian_get_opencl(first.get(), &context, &device));
+  const cl_context context = first.context();
+  const cl_device_id device = first.device_id();
 
-  const parian_material marble{sizeof(parian_material), {2.19, 2.62, 3.00}, {0.0021, 0.0041, 0.0071}, {}, 1.5};
-  const parian_material milk{sizeof(parian_material), {2.55, 3.21, 3.77}, {0.0011, 0.0024, 0.014}, {}, 1.3};
+  const auto marble = parian::material({2.19, 2.62, 3.00}, {0.0021, 0.0041, 0.0071}, 1.5);
+  const auto milk = parian::material({2.55, 3.21, 3.77}, {0.0011, 0.0024, 0.014}, 1.3);
   const auto thin = [&] { return render(context, device, 9.0F, milk); };
   const auto thick = [&] { return render(context, device, 14.0F, marble); };
 
