@@ -1,9 +1,10 @@
-# Installs this build, moves it, and uses what is there: one version everywhere, a manual page, a scene to render. Run by
-# ctest: cmake -DSOURCE=… -DBUILD=… -DWORK=… -DVERSION=… -DBIN=… -DDATA=… -DMAN=… -DINCLUDE=… -P …
+# Installs this build, moves it, and uses what is there: one version everywhere, a manual page, a scene to render. Run
+# by ctest: cmake -DSOURCE=… -DBUILD=… -DWORK=… -DVERSION=… -DBIN=… -DDATA=… -DMAN=… -DINCLUDE=… -P …
 cmake_minimum_required(VERSION 3.24)
 
 file(REMOVE_RECURSE ${WORK})
-execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/first OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/first OUTPUT_QUIET
+  COMMAND_ERROR_IS_FATAL ANY)
 set(prefix "${WORK}/moved away")
 file(RENAME ${WORK}/first ${prefix})
 set(command "${prefix}/${BIN}/parian")
@@ -13,7 +14,7 @@ if(NOT version STREQUAL "parian ${VERSION}\n")
   message(FATAL_ERROR "parian --version says ${version}, the project ${VERSION}")
 endif()
 file(READ "${SOURCE}/CHANGELOG.md" changes)
-if(NOT changes MATCHES "\n## \\[([^]]*)\\]" OR NOT CMAKE_MATCH_1 STREQUAL VERSION)
+if(NOT changes MATCHES "\n## \\[([0-9][^]]*)\\]" OR NOT CMAKE_MATCH_1 STREQUAL VERSION)
   message(FATAL_ERROR "CHANGELOG.md is about ${CMAKE_MATCH_1}, the project is ${VERSION}")
 endif()
 file(READ "${prefix}/${MAN}/man1/parian.1" manual)
