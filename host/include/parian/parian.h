@@ -29,6 +29,9 @@
 #ifndef PARIAN_PARIAN_H
 #define PARIAN_PARIAN_H
 
+#ifndef CL_TARGET_OPENCL_VERSION
+#define CL_TARGET_OPENCL_VERSION 300 /* what OpenCL's header takes by itself, but with a remark; any will do here */
+#endif
 #include <CL/cl.h>
 #include <stddef.h>
 #include <stdint.h>
