@@ -129,8 +129,8 @@ Compute::Compute(cl_context context, cl_device_id device) {
     if (std::none_of(devices.begin(), devices.end(), [&](const cl::Device& d) { return d() == device; }))
       throw Error(ErrorKind::usage, "device: '" + info_.name + "' isn't a device of the context; give one that is");
   } catch (const cl::Error& e) {
-    throw Error(ErrorKind::usage, "context or device: OpenCL doesn't know them (" + describe_cl_error(e) + ")",
-                e.err());
+    const bool unknown = e.err() == CL_INVALID_CONTEXT || e.err() == CL_INVALID_DEVICE;
+    throw Error(unknown ? ErrorKind::usage : ErrorKind::device, "context or device: " + describe_cl_error(e), e.err());
   }
 }
 
@@ -150,8 +150,8 @@ void Compute::use(cl_command_queue queue, std::vector<cl::Event> wait) {
       if (event.getInfo<CL_EVENT_CONTEXT>()() != context_())
         throw Error(ErrorKind::usage, "wait list: an event is of another context than the renderer");
     profiling_ = (queue_.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_PROFILING_ENABLE) != 0;
-    after_.insert(after_.end(), std::make_move_iterator(wait.begin()), std::make_move_iterator(wait.end()));
     book(false);
+    after_.insert(after_.end(), std::make_move_iterator(wait.begin()), std::make_move_iterator(wait.end()));
   });
 }
 
@@ -217,15 +217,15 @@ void Compute::release(cl::Buffer& b) {
   b = cl::Buffer();
 }
 
-void Compute::release_all() {
-  if (!after_.empty()) {
-    try {
-      cl::Event::waitForEvents(after_);
-    } catch (const cl::Error&) {
-      // Whatever failed has been said, or will be by the next command.
-    }
+void Compute::drain() noexcept {
+  try {
+    if (!after_.empty()) cl::Event::waitForEvents(after_);
+  } catch (const cl::Error&) {  // their owner has been told, or has failed them
   }
   after_.clear();
+}
+
+void Compute::release_all() noexcept {
   running_.clear();
   parts_.clear();
   limits_.clear();

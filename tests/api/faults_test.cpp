@@ -1,0 +1,170 @@
+// The n-th OpenCL call of a renderer's whole life fails, for n from its first to its last: the call of the API that it
+// was for says so with the right status, nothing leaks, and what comes after gives the right image.
+#include <map>
+#include <set>
+
+#include "opencl_watch.hpp"
+#include "small_scene.hpp"
+
+namespace parian::test {
+namespace {
+
+struct Fault {
+  cl_int code;
+  parian_status status;
+};
+constexpr Fault faults[] = {{CL_OUT_OF_HOST_MEMORY, PARIAN_OUT_OF_MEMORY},
+                            {CL_OUT_OF_RESOURCES, PARIAN_DEVICE_LOST},
+                            {CL_INVALID_VALUE, PARIAN_DEVICE_FAILED},
+                            {CL_MEM_OBJECT_ALLOCATION_FAILURE, PARIAN_OUT_OF_MEMORY},
+                            {CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST, PARIAN_DEVICE_FAILED}};
+
+enum class Kind { host, buffers, fixed };
+
+/// A renderer's life: made, described, planned, two frames, gathered, estimated and read.
+class Life {
+ public:
+  explicit Life(Kind kind) : kind_(kind) {
+    scene_.settings.fixed_cameras = scene_.settings.time_stages = kind == Kind::fixed;
+    scene_.settings.samples = 64;  // light maps are shifted between the frames
+  }
+  /// Its first failure, where it ends.
+  parian_status live() {
+    const parian_create_info info = in_context();
+    parian_renderer* made = nullptr;
+    parian_status s = parian_create(&info, &made);
+    if (s != PARIAN_SUCCESS) return s;
+    renderer.reset(made);
+    return render();
+  }
+  /// From describing on; also again after a failure.
+  parian_status render() {
+    parian_renderer* r = renderer.get();
+    rgba.assign(Pixels::count * 4, 0.0F);
+    const parian_mesh mesh = kind_ == Kind::buffers ? SmallScene::mesh(scene_, vertices_, triangles_) : scene_.mesh();
+    const parian_image image = pixels_.image();
+    const cl_command_queue queue = opencl().unordered();
+    cl_event framed = nullptr;
+    double relmse = 0.0;
+    parian_status s = parian_set_mesh(r, &mesh);
+    if (s == PARIAN_SUCCESS) s = scene_.describe(r);
+    if (s == PARIAN_SUCCESS && kind_ == Kind::buffers) s = parian_set_scratch(r, scratch());
+    if (s == PARIAN_SUCCESS) s = parian_plan(r, nullptr);
+    if (s == PARIAN_SUCCESS) s = parian_frame(r, queue, 0, nullptr, &framed);
+    if (s == PARIAN_SUCCESS) s = parian_frame(r, nullptr, 1, &framed, nullptr);
+    if (framed) clReleaseEvent(framed);
+    if (s == PARIAN_SUCCESS) s = parian_gather(r, queue, 0, &image, 0, nullptr, nullptr);
+    if (s == PARIAN_SUCCESS) s = parian_estimate(r, nullptr, &relmse);
+    if (s == PARIAN_SUCCESS) s = parian_read(r, nullptr, 0, rgba.data(), nullptr);
+    return s;
+  }
+
+  Handle renderer{nullptr, &parian_release};
+  Rgba rgba;
+
+ private:
+  static cl_mem scratch() {
+    static const cl::Buffer buffer = opencl().buffer(std::size_t{16} << 20);
+    return buffer();
+  }
+  Kind kind_;
+  SmallScene scene_;
+  Pixels pixels_;
+  cl::Buffer vertices_ = opencl().buffer(scene_.positions), triangles_ = opencl().buffer(scene_.indices);
+};
+
+/// Of a life's calls: the first and the last 200, of each function the first 12, and some of the many others.
+std::vector<std::uint64_t> chosen(const std::vector<const char*>& names, std::uint64_t step) {
+  std::vector<std::uint64_t> some;
+  std::map<std::string, std::uint64_t> seen;
+  for (std::uint64_t n = 0; n < names.size(); ++n) {
+    const std::uint64_t before = seen[names[n]]++;
+    if (n < 200 || n + 200 >= names.size() || before < 12 || n % step == 0) some.push_back(n);
+  }
+  return some;
+}
+
+void every_call_fails(Kind kind, std::uint64_t step) {
+  Rgba right;
+  std::vector<const char*> names;
+  {
+    Life life(kind);
+    OpenclWatch watch;
+    watch.build_once();
+    CALL(life.live());
+    life.renderer.reset();
+    right = life.rgba;
+    names = watch.names();
+    ASSERT_EQ(watch.unbalanced(), "");
+  }
+  expect_picture(right);
+  const std::vector<std::uint64_t> calls = chosen(names, step);
+  std::map<std::string, int> reported, tolerated;
+  for (const std::uint64_t n : calls) {
+    const Fault& fault = faults[n % std::size(faults)];
+    Life life(kind);
+    OpenclWatch watch;
+    watch.build_once();
+    watch.fail(n, fault.code);
+    const parian_status status = life.live();
+    const std::string what = std::to_string(n) + ": " + names[n] + " returned " + std::to_string(fault.code);
+    ASSERT_EQ(watch.failed(), names[n]) << what;
+    if (status == PARIAN_SUCCESS) {
+      ++tolerated[names[n]];
+      ASSERT_EQ(life.rgba, right) << what << ", unnoticed";
+    } else {
+      ++reported[names[n]];
+      ASSERT_EQ(status, fault.status) << what << ": " << parian_message();
+      ASSERT_EQ(parian_opencl_code(), fault.code) << what << ": " << parian_message();
+      ASSERT_NE(std::string(parian_message()), "") << what;
+    }
+    if (status == PARIAN_DEVICE_LOST && life.renderer) {
+      ASSERT_EQ(life.render(), PARIAN_DEVICE_LOST) << what;
+      life.renderer.reset();
+    }
+    ASSERT_EQ(life.renderer ? life.render() : life.live(), PARIAN_SUCCESS) << what << ", then " << parian_message();
+    ASSERT_EQ(life.rgba, right) << what << ", and the image after it is another";
+    life.renderer.reset();
+    const std::string left = watch.unbalanced();
+    const bool release = std::string(names[n]).find("clRelease") == 0;  // then one may be left
+    ASSERT_TRUE(left.empty() || (release && left.find("1 ") == 0 && left.find(',') == std::string::npos))
+        << what << ": " << left << " left";
+  }
+  std::string text;
+  for (const auto& [name, count] : tolerated) text += " " + name + " x" + std::to_string(count);
+  std::printf("%zu of %zu calls failed one by one, of %zu functions; without harm:%s\n", calls.size(), names.size(),
+              std::set<std::string>(names.begin(), names.end()).size(), text.c_str());
+}
+
+TEST(Faults, EveryCall) { every_call_fails(Kind::host, 251); }
+TEST(Faults, EveryCallWithBuffersOfTheCaller) { every_call_fails(Kind::buffers, 997); }
+TEST(Faults, EveryCallWithFixedCameras) { every_call_fails(Kind::fixed, 997); }
+
+/// Parian picks the device itself: what doesn't answer is passed over, and if nothing is left the status says so.
+TEST(Faults, EveryCallOfPickingADevice) {
+  const std::string name = opencl().device.getInfo<CL_DEVICE_NAME>();
+  auto info = sized<parian_create_info>();
+  info.selector = name.c_str();
+  std::uint64_t calls = 0;
+  {
+    OpenclWatch watch;
+    create(info).reset();
+    calls = watch.calls();
+  }
+  for (std::uint64_t n = 0; n < calls; ++n)
+    for (const Fault& fault : faults) {
+      OpenclWatch watch;
+      watch.fail(n, fault.code);
+      parian_renderer* made = nullptr;
+      const parian_status status = parian_create(&info, &made);
+      EXPECT_TRUE(status == PARIAN_SUCCESS || status == PARIAN_DEVICE_FAILED || status == fault.status)
+          << watch.failed() << ": " << parian_message();
+      EXPECT_EQ(status == PARIAN_SUCCESS, made != nullptr);
+      parian_release(made);
+      EXPECT_TRUE(watch.unbalanced().empty() || watch.failed().find("clRelease") == 0)
+          << watch.failed() << ": " << watch.unbalanced();
+    }
+}
+
+}  // namespace
+}  // namespace parian::test
