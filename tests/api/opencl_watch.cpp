@@ -33,6 +33,14 @@ struct Program {
 };
 std::map<std::pair<cl_context, std::string>, Program> programs;
 
+thread_local int depth = 0;
+struct Inside {
+  Inside() { ++depth; }
+  ~Inside() { --depth; }
+  Inside(const Inside&) = delete;
+  Inside& operator=(const Inside&) = delete;
+};
+
 /// Counts a call; what it is to return, if it is to fail.
 cl_int entered(const char* name) {
   const std::scoped_lock lock(mutex);
@@ -68,6 +76,8 @@ F next(F, const char* name) {
 }
 
 }  // namespace
+
+bool inside_opencl() { return depth > 0; }
 
 OpenclWatch::OpenclWatch() {
   const std::scoped_lock lock(mutex);
@@ -109,6 +119,7 @@ using namespace parian::test;
 // A function that returns a code: `after` if it succeeds.
 #define CODE(name, parameters, arguments, after)       \
   cl_int CL_API_CALL name parameters {                 \
+    const Inside inside;                               \
     static const auto pass = next(&name, #name);       \
     if (const cl_int bad = entered(#name)) return bad; \
     const cl_int code = pass arguments;                \
@@ -121,6 +132,7 @@ using namespace parian::test;
 // A function that returns an object and puts the code where its last parameter, `code`, points to.
 #define OBJECT(type, kind, name, parameters, arguments, after) \
   type CL_API_CALL name parameters {                           \
+    const Inside inside;                                       \
     static const auto pass = next(&name, #name);               \
     if (const cl_int bad = entered(#name)) {                   \
       if (code) *code = bad;                                   \
@@ -174,6 +186,7 @@ OBJECT(cl_event, "events", clCreateUserEvent, (cl_context context, cl_int* code)
 
 cl_program CL_API_CALL clCreateProgramWithSource(cl_context context, cl_uint n, const char** strings,
                                                  const size_t* lengths, cl_int* code) {
+  const Inside inside;
   static const auto pass = next(&clCreateProgramWithSource, "clCreateProgramWithSource");
   if (const cl_int bad = entered("clCreateProgramWithSource")) {
     if (code) *code = bad;
@@ -203,6 +216,7 @@ cl_program CL_API_CALL clCreateProgramWithSource(cl_context context, cl_uint n, 
 
 cl_int CL_API_CALL clBuildProgram(cl_program program, cl_uint n, const cl_device_id* devices, const char* options,
                                   void(CL_CALLBACK* notify)(cl_program, void*), void* user) {
+  const Inside inside;
   static const auto pass = next(&clBuildProgram, "clBuildProgram");
   if (const cl_int bad = entered("clBuildProgram")) return bad;
   for (auto& [key, known] : programs) {

@@ -38,4 +38,7 @@ class OpenclWatch {
   [[nodiscard]] std::string unbalanced() const;
 };
 
+/// Whether this thread is in an OpenCL call.
+bool inside_opencl();
+
 }  // namespace parian::test
