@@ -184,7 +184,7 @@ T one_of(int value, const char* what) {
 cl::Buffer buffer_of(const parian_renderer& r, cl_mem handle, const char* what) {
   cl::Buffer b(handle, true);
   if (b.getInfo<CL_MEM_TYPE>() != CL_MEM_OBJECT_BUFFER) refuse(fmt::format("{}: it is no buffer; give one", what));
-  if (b.getInfo<CL_MEM_CONTEXT>()() != r.compute->context()())
+  if (parian::handle_of<cl_context>(clGetMemObjectInfo, handle, CL_MEM_CONTEXT) != r.compute->context()())
     refuse(fmt::format("{}: it is of another context than the renderer; create it in that one", what));
   return b;
 }
@@ -551,7 +551,7 @@ parian_status parian_set_scratch(parian_renderer* renderer, cl_mem scratch) {
     cl::Buffer buffer;
     if (scratch) buffer = buffer_of(r, scratch, "scratch");
     undo_plan(r);
-    r.compute->take_scratch(buffer);
+    r.compute->take_scratch(std::move(buffer));
   });
 }
 

@@ -138,16 +138,16 @@ void Compute::use(cl_command_queue queue, std::vector<cl::Event> wait) {
   with_device_errors(info_, [&] {
     if (queue) {
       queue_ = cl::CommandQueue(queue, true);
-      if (queue_.getInfo<CL_QUEUE_CONTEXT>()() != context_())
+      if (handle_of<cl_context>(clGetCommandQueueInfo, queue, CL_QUEUE_CONTEXT) != context_())
         throw Error(ErrorKind::usage, "queue: it is of another context than the renderer; create it in that one");
-      if (queue_.getInfo<CL_QUEUE_DEVICE>()() != device_())
+      if (handle_of<cl_device_id>(clGetCommandQueueInfo, queue, CL_QUEUE_DEVICE) != device_())
         throw Error(ErrorKind::usage, "queue: it is of another device than the renderer's '" + info_.name + "'");
     } else {
       if (!own_queue_()) own_queue_ = cl::CommandQueue(context_, device_, CL_QUEUE_PROFILING_ENABLE);
-      queue_ = own_queue_;
+      queue_ = cl::CommandQueue(own_queue_);
     }
     for (const cl::Event& event : wait)
-      if (event.getInfo<CL_EVENT_CONTEXT>()() != context_())
+      if (handle_of<cl_context>(clGetEventInfo, event(), CL_EVENT_CONTEXT) != context_())
         throw Error(ErrorKind::usage, "wait list: an event is of another context than the renderer");
     profiling_ = (queue_.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_PROFILING_ENABLE) != 0;
     book(false);
@@ -162,7 +162,7 @@ cl::Event Compute::submit() {
   return after_.front();
 }
 
-void Compute::take_scratch(const cl::Buffer& scratch) { scratch_ = scratch; }
+void Compute::take_scratch(cl::Buffer scratch) { scratch_ = std::move(scratch); }
 
 void Compute::build(const std::string& options, const std::string& program) {
   if (options == built_ && program == built_from_) return;

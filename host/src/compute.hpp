@@ -17,6 +17,15 @@
 
 namespace parian {
 
+/// The handle that an OpenCL object says is its own, as `get` tells; not retained.
+template <class T, class Get, class Object>
+[[nodiscard]] T handle_of(Get get, Object object, cl_uint what) {
+  T handle{};
+  const cl_int code = get(object, what, sizeof handle, &handle, nullptr);
+  if (code != CL_SUCCESS) throw cl::Error(code, "asking an OpenCL object for another");
+  return handle;
+}
+
 /// Thrown between commands when the caller's callback wants no more.
 struct Cancelled {};
 
@@ -45,7 +54,7 @@ class Compute {
   /// Asked before each launch; true throws Cancelled.
   void ask(std::function<bool()> cancelled) { cancelled_ = std::move(cancelled); }
   /// From now on, buffers are parts of this one.
-  void take_scratch(const cl::Buffer& scratch);
+  void take_scratch(cl::Buffer scratch);
 
   /// Compiles `program`, which only tests change, with `options`, unless it's there. Throws Error(device) with the
   /// compiler's first error.
@@ -128,7 +137,8 @@ class Compute {
   cl::Event chain(F&& command) {
     cl::Event event;
     command(after_.empty() ? nullptr : &after_, &event);
-    after_.assign(1, event);
+    after_.clear();
+    after_.push_back(event);
     return event;
   }
   void book(bool all);
