@@ -129,8 +129,8 @@ Compute::Compute(cl_context context, cl_device_id device) {
     if (std::none_of(devices.begin(), devices.end(), [&](const cl::Device& d) { return d() == device; }))
       throw Error(ErrorKind::usage, "device: '" + info_.name + "' isn't a device of the context; give one that is");
   } catch (const cl::Error& e) {
-    throw Error(ErrorKind::usage, "context or device: OpenCL doesn't know them (" + describe_cl_error(e) + ")",
-                e.err());
+    const bool unknown = e.err() == CL_INVALID_CONTEXT || e.err() == CL_INVALID_DEVICE;
+    throw Error(unknown ? ErrorKind::usage : ErrorKind::device, "context or device: " + describe_cl_error(e), e.err());
   }
 }
 
@@ -138,20 +138,20 @@ void Compute::use(cl_command_queue queue, std::vector<cl::Event> wait) {
   with_device_errors(info_, [&] {
     if (queue) {
       queue_ = cl::CommandQueue(queue, true);
-      if (queue_.getInfo<CL_QUEUE_CONTEXT>()() != context_())
+      if (handle_of<cl_context>(clGetCommandQueueInfo, queue, CL_QUEUE_CONTEXT) != context_())
         throw Error(ErrorKind::usage, "queue: it is of another context than the renderer; create it in that one");
-      if (queue_.getInfo<CL_QUEUE_DEVICE>()() != device_())
+      if (handle_of<cl_device_id>(clGetCommandQueueInfo, queue, CL_QUEUE_DEVICE) != device_())
         throw Error(ErrorKind::usage, "queue: it is of another device than the renderer's '" + info_.name + "'");
     } else {
       if (!own_queue_()) own_queue_ = cl::CommandQueue(context_, device_, CL_QUEUE_PROFILING_ENABLE);
-      queue_ = own_queue_;
+      queue_ = cl::CommandQueue(own_queue_);
     }
     for (const cl::Event& event : wait)
-      if (event.getInfo<CL_EVENT_CONTEXT>()() != context_())
+      if (handle_of<cl_context>(clGetEventInfo, event(), CL_EVENT_CONTEXT) != context_())
         throw Error(ErrorKind::usage, "wait list: an event is of another context than the renderer");
     profiling_ = (queue_.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_PROFILING_ENABLE) != 0;
-    after_.insert(after_.end(), std::make_move_iterator(wait.begin()), std::make_move_iterator(wait.end()));
     book(false);
+    after_.insert(after_.end(), std::make_move_iterator(wait.begin()), std::make_move_iterator(wait.end()));
   });
 }
 
@@ -162,7 +162,7 @@ cl::Event Compute::submit() {
   return after_.front();
 }
 
-void Compute::take_scratch(const cl::Buffer& scratch) { scratch_ = scratch; }
+void Compute::take_scratch(cl::Buffer scratch) { scratch_ = std::move(scratch); }
 
 void Compute::build(const std::string& options, const std::string& program) {
   if (options == built_ && program == built_from_) return;
@@ -217,15 +217,15 @@ void Compute::release(cl::Buffer& b) {
   b = cl::Buffer();
 }
 
-void Compute::release_all() {
-  if (!after_.empty()) {
-    try {
-      cl::Event::waitForEvents(after_);
-    } catch (const cl::Error&) {
-      // Whatever failed has been said, or will be by the next command.
-    }
+void Compute::drain() noexcept {
+  try {
+    if (!after_.empty()) cl::Event::waitForEvents(after_);
+  } catch (const cl::Error&) {  // their owner has been told, or has failed them
   }
   after_.clear();
+}
+
+void Compute::release_all() noexcept {
   running_.clear();
   parts_.clear();
   limits_.clear();

@@ -17,6 +17,15 @@
 
 namespace parian {
 
+/// The handle that an OpenCL object says is its own, as `get` tells; not retained.
+template <class T, class Get, class Object>
+[[nodiscard]] T handle_of(Get get, Object object, cl_uint what) {
+  T handle{};
+  const cl_int code = get(object, what, sizeof handle, &handle, nullptr);
+  if (code != CL_SUCCESS) throw cl::Error(code, "asking an OpenCL object for another");
+  return handle;
+}
+
 /// Thrown between commands when the caller's callback wants no more.
 struct Cancelled {};
 
@@ -35,12 +44,17 @@ class Compute {
   void use(cl_command_queue queue, std::vector<cl::Event> wait);
   /// Flushes the queue; then the event that completes when everything enqueued has.
   [[nodiscard]] cl::Event submit();
-  /// Lets go of the queue.
-  void leave() { queue_ = own_queue_; }
+  /// Lets go of the caller's queue.
+  void leave() noexcept {
+    cl::CommandQueue gone;  // assignment may throw what a release says
+    std::swap(gone(), queue_());
+  }
+  /// Waits for everything that has been enqueued, whatever becomes of it.
+  void drain() noexcept;
   /// Asked before each launch; true throws Cancelled.
   void ask(std::function<bool()> cancelled) { cancelled_ = std::move(cancelled); }
-  /// From now on, buffers are parts of this one; none may be in use.
-  void take_scratch(const cl::Buffer& scratch);
+  /// From now on, buffers are parts of this one.
+  void take_scratch(cl::Buffer scratch);
 
   /// Compiles `program`, which only tests change, with `options`, unless it's there. Throws Error(device) with the
   /// compiler's first error.
@@ -82,8 +96,8 @@ class Compute {
   void copy(const cl::Buffer& from, const cl::Buffer& to, std::size_t words, std::size_t from_word = 0);
   /// Gives a buffer back before its owner ends.
   void release(cl::Buffer& b);
-  /// The owner of all buffers ends: waits for what uses them, and counts anew.
-  void release_all();
+  /// The owner of all buffers has ended: counts anew. Commands that use them may still be running.
+  void release_all() noexcept;
 
   /// Enqueues `items` work-items of a kernel, padded to whole work-groups; nothing when there are none.
   template <class... Args>
@@ -102,7 +116,11 @@ class Compute {
   [[nodiscard]] const DeviceInfo& info() const { return info_; }
   [[nodiscard]] const cl::Context& context() const { return context_; }
   [[nodiscard]] const cl::Device& device() const { return device_; }
-  [[nodiscard]] const std::map<Stage, double>& kernel_seconds() const { return seconds_; }
+  /// Of what has come to its end.
+  [[nodiscard]] const std::map<Stage, double>& kernel_seconds() {
+    book(false);
+    return seconds_;
+  }
   [[nodiscard]] const KernelTable& kernel_table() const { return table_; }
   [[nodiscard]] std::uint64_t bytes_peak() const { return peak_; }
 
@@ -119,7 +137,8 @@ class Compute {
   cl::Event chain(F&& command) {
     cl::Event event;
     command(after_.empty() ? nullptr : &after_, &event);
-    after_.assign(1, event);
+    after_.clear();
+    after_.push_back(event);
     return event;
   }
   void book(bool all);
