@@ -43,15 +43,19 @@ std::vector<Way> ways() {
   return all;
 }
 
-Bench bench_of(const Way& way, Scene scene) {
-  const auto change = [&](Plan& p) {
-    set_option(p.options, "VW", static_cast<int>(way.lanes));
-    p.lanes = way.lanes;
-  };
-  Bench b(std::move(scene), small_settings(), change, way.selector);
-  b.compute.limit_groups(way.group);
-  return b;
-}
+/// A scene on a device that goes about it in one way.
+struct WayBench : Bench {
+  WayBench(const Way& way, Scene s)
+      : Bench(
+            std::move(s), small_settings(),
+            [&](Plan& p) {
+              set_option(p.options, "VW", static_cast<int>(way.lanes));
+              p.lanes = way.lanes;
+            },
+            way.selector) {
+    compute.limit_groups(way.group);
+  }
+};
 
 TEST(Drivers, AreThoseAskedFor) {
   std::set<std::string> platforms;
@@ -68,7 +72,7 @@ struct Drawn {
 };
 
 Drawn draw_views(const Way& way) {
-  Bench b = bench_of(way, scene_of(model("figure"), medium()));
+  WayBench b(way, scene_of(model("figure")));
   const kernels::View views[] = {orthographic_view(b.points, {0.3, 0.9, 0.4}, 96),
                                  pinhole_view({{20, 60, 250}, {0, 0, 0}, {0, 1, 0}, 28}, b.plan.space, {80, 110}),
                                  pinhole_view({{-90, 30, -60}, {0, 10, 0}, {0, 1, 0}, 50}, b.plan.space, {70, 50})};
@@ -154,8 +158,8 @@ void expect_alike(const Image& image, const Image& first, const std::string& wha
 /// A picture by the four passes alone, which tests can launch as they like.
 Image picture(const Way& way) {
   constexpr std::uint32_t side = 64, positions = 4, frames = 2;
-  Bench b = bench_of(way, scene_of(torus(36, 18), medium({2.0, 2.0, 1.6}, {0.02, 0.02, 0.05}, 1.3),
-                                   {{{0.5, 0.6, -0.6}, {3, 2, 1}}, {{-0.2, 0.1, 1.0}, {1, 1, 1.5}}}));
+  const std::vector<DirectionalLight> lights{{{0.5, 0.6, -0.6}, {3, 2, 1}}, {{-0.2, 0.1, 1.0}, {1, 1, 1.5}}};
+  WayBench b(way, scene_of(torus(36, 18), medium({2.0, 2.0, 1.6}, {0.02, 0.02, 0.05}, 1.3), lights));
   for (PlannedLight& light : b.plan.lights) light.samples = 4;
   Passes& p = b.passes;
   make_light_maps(p, b.points, 64);
