@@ -85,7 +85,7 @@ SHARED DipoleGeometry dipole_geometry(real3 x, real3 w12, real3 n_i, real3 n_o) 
   g.s_w = real3_dot(n_x, w_x) * scale;
   g.s_n = real3_dot(n_x, o_x) * scale;
   const mask usual = (g.r2 >= TINY) & (sin2 >= PARALLEL_LIMIT);
-  if (mask_any(!usual)) {
+  if (!mask_all(usual)) {
     const real3 unit_x = real3_scale(x, real_rsqrt(real_max(g.r2, real_splat(TINY))));
     const real3 n_star = real3_select(g.r2 < TINY, n_i, normal_part(n_i, unit_x));
     g.s_w = real_select(usual, g.s_w, real3_dot(n_star, w12));

@@ -28,7 +28,7 @@ using i64 = std::int64_t;
 struct alignas(16) float4 {
   float x, y, z, w;
 };
-SHARED bool mask_any(mask m) { return m; }
+SHARED bool mask_all(mask m) { return m; }
 SHARED real real_splat(double x) { return x; }
 SHARED real real_select(mask m, real a, real b) { return m ? a : b; }
 SHARED real real_sqrt(real x) { return std::sqrt(x); }
@@ -97,13 +97,15 @@ typedef uint16 ureal;
 #define convert_ureal(x) WIDE(convert_uint)(x)
 #define convert_mask(x) WIDE(convert_int)(x)
 
+// Masks are never negated as vectors: Oclgrind 21.10 negates them wrongly. What isn't so in some lane isn't so in all.
+//
 // Lanes: the lower half of them takes samples of half A, the upper one of half B; with one lane a work-item has either.
 // LANES numbers them within their half. READ_PAIRS and READ_FOURS read a float2 or float4 per lane at its own index, of
 // which X, Y, Z, W are vectors of the components: loads of whole elements, then transposed with two-operand shuffles,
 // which every compiler makes good code of.
 #define INDEX(index, lane) (((const uint*)&(index))[lane])
 #if VW == 1
-#define mask_any(m) (m)
+#define mask_all(m) (m)
 #define LANES 0u
 #define LANE(v, lane) (v)
 #define READ_PAIRS(array, index, X, Y) \
@@ -113,7 +115,7 @@ typedef uint16 ureal;
   const float4 four_ = array[index];         \
   const real X = four_.x, Y = four_.y, Z = four_.z, W = four_.w;
 #else
-#define mask_any(m) any(m)
+#define mask_all(m) all(m)
 #define LANE(v, lane) ((v).s##lane)
 #if VW == 4
 #define LANES ((uint4)(0, 1, 0, 1))

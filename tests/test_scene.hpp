@@ -159,8 +159,9 @@ inline std::string test_selector() {
 
 /// A scene on the device under test. `change` may edit the plan before anything is compiled.
 struct Bench {
-  explicit Bench(Scene s, const Settings& settings = {}, const std::function<void(Plan&)>& change = {})
-      : scene(std::move(s)), compute(test_selector()), plan(make_plan(scene, settings, compute.info())) {
+  explicit Bench(Scene s, const Settings& settings = {}, const std::function<void(Plan&)>& change = {},
+                 const std::string& selector = test_selector())
+      : scene(std::move(s)), compute(selector), plan(make_plan(scene, settings, compute.info())) {
     if (change) change(plan);
     compute.build(plan.options);
     upload_geometry(passes, scene.mesh);

@@ -2,6 +2,7 @@
 #include "compute.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cctype>
 
 namespace parian {
@@ -25,13 +26,16 @@ DeviceInfo describe(const cl::Platform& platform, const cl::Device& device) {
   info.driver = trimmed(device.getInfo<CL_DRIVER_VERSION>());
   info.version = trimmed(device.getInfo<CL_DEVICE_VERSION>());
   const cl_device_type type = device.getInfo<CL_DEVICE_TYPE>();
-  info.type = type & CL_DEVICE_TYPE_GPU ? "GPU" : type & CL_DEVICE_TYPE_CPU ? "CPU" : "accelerator";
+  // What claims to be everything at once simulates it.
+  info.type = type & CL_DEVICE_TYPE_CPU ? "CPU" : type & CL_DEVICE_TYPE_GPU ? "GPU" : "accelerator";
   info.compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
   // CPU drivers report preferred widths that fit flat kernels; loops over samples want eight lanes everywhere.
   const bool cpu = info.type == "CPU" || lower(info.name).find("llvmpipe") != std::string::npos;
   info.vector_width = cpu ? 16 : 1;
   info.global_memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
   info.max_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
+  info.local_memory = device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>();
+  info.max_work_group = device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
   return info;
 }
 
@@ -62,9 +66,7 @@ std::vector<std::pair<DeviceInfo, cl::Device>> all_devices() {
 
 std::pair<DeviceInfo, cl::Device> pick(const std::string& selector) {
   const auto devices = all_devices();
-  if (devices.empty())
-    throw Error(ErrorKind::device,
-                "no OpenCL device; install a driver, or pocl-opencl-icd to run on the CPU, and see 'parian devices'");
+  if (devices.empty()) throw Error(ErrorKind::device, no_device);
   const bool index = !selector.empty() &&
                      std::all_of(selector.begin(), selector.end(), [](unsigned char c) { return std::isdigit(c); });
   std::vector<std::pair<DeviceInfo, cl::Device>> fitting;
@@ -272,16 +274,20 @@ cl::Kernel& Compute::kernel(const char* name) {
   return it->second;
 }
 
+std::size_t Compute::group_size(const cl::Kernel& kernel) const {
+  return std::bit_floor(std::min(most_in_group_, kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_)));
+}
+
 void Compute::enqueue(const char* name, const cl::Kernel& kernel, std::size_t items, Stage stage) {
   if (cancelled_ && cancelled_()) throw Cancelled();
-  const std::size_t global = (items + local_size - 1) / local_size * local_size;
+  const std::size_t group = group_size(kernel), global = (items + group - 1) / group * group;
   const auto limit = limits_.find(name);
-  const std::size_t piece = limit == limits_.end() ? global : limit->second / local_size * local_size;
+  const std::size_t piece = limit == limits_.end() ? global : std::max<std::size_t>(limit->second / group, 1) * group;
   for (std::size_t first = 0; first < global; first += piece) {
     const std::size_t n = std::min(piece, global - first);
     cl::Event done = chain([&](const auto* after, cl::Event* event) {
       queue_.enqueueNDRangeKernel(kernel, first ? cl::NDRange(first) : cl::NullRange, cl::NDRange(n),
-                                  cl::NDRange(local_size), after, event);
+                                  cl::NDRange(group), after, event);
     });
     if (profiling_) running_.push_back({std::move(done), stage, name, std::min(n, items - first)});
   }

@@ -31,8 +31,6 @@ struct Cancelled {};
 
 class Compute {
  public:
-  static constexpr std::size_t local_size = 64;  ///< of every launch: drivers compile each size anew
-
   /// Opens the device that `selector` means, as Renderer describes it.
   explicit Compute(const std::string& selector);
   /// The caller's context, which is retained, and a device of it.
@@ -109,7 +107,11 @@ class Compute {
     enqueue(name, kernel, items, stage);
   }
   /// Launches of a kernel are cut into pieces of so many work-items: short ones, so that no watchdog fires.
-  void limit(const std::string& kernel, std::size_t items) { limits_[kernel] = std::max(items, local_size); }
+  void limit(const std::string& kernel, std::size_t items) { limits_[kernel] = items; }
+  /// Work-items that a kernel's groups have: a power of two, no more than the device can keep together.
+  [[nodiscard]] std::size_t group_size(const char* name) { return group_size(kernel(name)); }
+  /// What groups have at most, from the next launch on: few sizes, since drivers compile each anew. For tests.
+  void limit_groups(std::size_t items) { most_in_group_ = items; }
   /// Waits for everything, and books kernel times.
   void finish();
 
@@ -129,6 +131,7 @@ class Compute {
   cl::Buffer allocate(std::size_t bytes);
   cl::Buffer part_of_scratch(std::size_t bytes);
   cl::Kernel& kernel(const char* name);
+  [[nodiscard]] std::size_t group_size(const cl::Kernel& kernel) const;
   void transfer(const cl::Buffer& b, bool to_device, std::size_t offset, std::size_t bytes, void* host);
   void assign_patterns(const cl::Buffer& b, const std::vector<Pattern>& patterns);
   void enqueue(const char* name, const cl::Kernel& kernel, std::size_t items, Stage stage);
@@ -170,6 +173,7 @@ class Compute {
   std::deque<Running> running_;
   std::map<Stage, double> seconds_;
   KernelTable table_;
+  std::size_t most_in_group_ = 64;
   std::uint64_t bytes_ = 0, peak_ = 0;
 };
 
