@@ -29,11 +29,12 @@ SHARED real fresnel_transmittance(real cos_outside, CONSTANTS(Boundary) b) {
   return real_min(LIT(2.0) * c * q * (by_s * by_s + b.eta_sq * by_p * by_p), real_splat(LIT(1.0)));
 }
 
-// w12: the direction into the medium of light that comes from w_i (Snell). Under total reflection, where the
-// transmittance is 0, a tangent.
+// w12: the direction into the medium of light that comes from w_i (Snell), which (w_i.n - eta cos) n - w_i is eta times.
+// Under total reflection, where the transmittance is 0, a tangent that isn't unit.
 SHARED real3 refract_into(real3 w_i, real3 n, CONSTANTS(Boundary) b) {
   const real c = real3_dot(w_i, n);
-  return real3_normalize(real3_sub(real3_scale(n, c - refracted_cosine(c, b)), w_i));
+  const real along = (c - refracted_cosine(c, b)) * b.inverse_eta;
+  return real3_madd(real3_scale(n, along), w_i, real_splat(-b.inverse_eta));
 }
 
 // The axis that v is least aligned with, the first of equals.
@@ -62,13 +63,13 @@ SHARED real3 bend_normal(real3 n, real3 w) {
 
 // What all channels share of a pair of points, x = x_o - x_i in any unit, w = w12, n* the modified normal.
 typedef struct {
-  real r2;       // |x|^2
-  real x_w;      // x.w
-  real x_n;      // x.n_o
-  real across2;  // |x cross w|^2
-  real w_n;      // w.n_o
-  real s_w;      // n*.w
-  real s_n;      // n*.n_o
+  real r2;      // |x|^2
+  real across;  // |x cross w|
+  real x_w;     // x.w
+  real x_n;     // x.n_o
+  real w_n;     // w.n_o
+  real s_w;     // n*.w
+  real s_n;     // n*.n_o
 } DipoleGeometry;
 
 // n* is the unit vector along x cross (n_i cross x), so that n*.v = (n_i cross x).(v cross x) / (|n_i cross x| |x|).
@@ -76,9 +77,9 @@ SHARED DipoleGeometry dipole_geometry(real3 x, real3 w12, real3 n_i, real3 n_o) 
   DipoleGeometry g;
   const real3 n_x = real3_cross(n_i, x), w_x = real3_cross(w12, x), o_x = real3_cross(n_o, x);
   g.r2 = real3_dot(x, x);
+  g.across = real_sqrt(real3_dot(w_x, w_x));
   g.x_w = real3_dot(x, w12);
   g.x_n = real3_dot(x, n_o);
-  g.across2 = real3_dot(w_x, w_x);
   g.w_n = real3_dot(w12, n_o);
   const real inverse = LIT(1.0) / g.r2, sin2 = real3_dot(n_x, n_x) * inverse;
   const real scale = inverse * real_rsqrt(sin2);
@@ -105,43 +106,43 @@ SHARED real dipole_gradient(real u, real sigma) { return u * u * (u + sigma); }
 
 #if defined(__cplusplus) || MODEL == 0
 // FHK 24, 25: squared real-source distance minus r^2, in mean free paths. The floor keeps 1/d^5 in range.
-SHARED real real_source_offset(CONSTANTS(Medium) m, real r2, real across2, real mu0) {
-  const real third = mu0 * LIT(0.33333333333333333);
-  const real lit = third * (third + LIT(2.0) * m.d_e * real_sqrt(across2 / (r2 + m.d_e * m.d_e)));
-  return real_max(real_select(mu0 > LIT(0.0), lit, real_splat(m.a_back)), real_splat(LIT(1e-12)));
+SHARED real real_source_offset(CONSTANTS(Medium) m, DipoleGeometry g, real r2) {
+  const real third = g.w_n * LIT(-0.33333333333333333);  // mu0 / 3
+  const real lit = third * third + (LIT(2.0) * m.d_e * m.sigma_t_prime) * (third * g.across) *
+                                       real_rsqrt(r2 + m.d_e * m.d_e);
+  return real_max(real_select(third > LIT(0.0), lit, real_splat(m.a_back)), real_splat(LIT(1e-12)));
 }
 
-// FHK 20, 26, real minus virtual source with the difference taken analytically, since both nearly cancel far away and
-// at high albedo: every D.. is real minus virtual, exactly. Dot products of the virtual source follow from n* being
-// normal to x.
-SHARED real directional_dipole(CONSTANTS(Medium) m, DipoleGeometry g) {
-  const real sigma = real_splat(m.sigma_tr);
-  const real scale2 = real_splat(m.sigma_t_prime * m.sigma_t_prime);
-  const real r2 = g.r2 * scale2;
-  const real x_w = g.x_w * m.sigma_t_prime;
-  const real x_n = g.x_n * m.sigma_t_prime;
+// FHK 20 is, with u = 1/d and per C_E, the sum F u + G alpha + H beta of
+//   F = 3 C_phi / C_E,   G = (1 + sigma d) / d^3,             H = (3 (1 + sigma d) + (sigma d)^2) / d^5,
+//                        alpha = F x.w + x.n_o - w.n_o,       beta = (x.w) (x.n_o).
+// FHK 26 subtracts that of the virtual source, which nearly cancels it far away and at high albedo; so the difference
+// is taken analytically: every D.. is real minus virtual, exactly. The virtual source's dot products follow from n*
+// being normal to x. What knows nothing of m is shared by all channels.
+SHARED real directional_dipole(CONSTANTS(Medium) m, CONSTANTS(Boundary) b, DipoleGeometry g) {
+  const real sigma = real_splat(m.sigma_tr), sigma2 = sigma * sigma, F = real_splat(b.fluence);
+  const real scale = real_splat(m.sigma_t_prime), z_v = real_splat(m.z_v);  // scale: of x, to mean free paths
 
-  const real a_r = real_source_offset(m, r2, g.across2 * scale2, -g.w_n);
-  const real a_v = real_splat(m.z_v * m.z_v);
+  const real alpha = scale * (F * g.x_w + g.x_n) - g.w_n, Dalpha = z_v * (g.s_n - F * g.s_w) - LIT(2.0) * (g.s_w * g.s_n);
+  const real beta = (scale * scale) * (g.x_w * g.x_n);
+  const real Dbeta = (z_v * scale) * (g.x_w * g.s_n - g.x_n * g.s_w) + (z_v * z_v) * (g.s_w * g.s_n);
+
+  const real r2 = g.r2 * (scale * scale);
+  const real a_r = real_source_offset(m, g, r2), a_v = z_v * z_v;
   const real d_r = real_sqrt(r2 + a_r), d_v = real_sqrt(r2 + a_v);
-  const real product = d_r * d_v, sum = d_r + d_v, inverse = LIT(1.0) / (product * sum);
-  const real uv = sum * inverse, u = d_v * uv, v = d_r * uv;    // 1/d
+  const real product = d_r * d_v, inverse = LIT(1.0) / (product * (d_r + d_v));
   const real Du = (a_v - a_r) * inverse, delta = Du * product;  // d_v - d_r
+  const real uv = (d_r + d_v) * inverse, u = d_v * uv, v = d_r * uv, sum = u + v, v2 = v * v;
 
-  const real Dx_w = -m.z_v * g.s_w, Dx_n = m.z_v * g.s_n, Dw_n = LIT(2.0) * g.s_w * g.s_n;
-  const real x_w_v = x_w - Dx_w, x_n_v = x_n - Dx_n, w_n_v = g.w_n - Dw_n;
+  // G = u g_u, H = u^3 h_u with the same of v; DG = Du by_G, DH = Du by_H.
+  const real g_u = u * (u + sigma), h_u = LIT(3.0) * g_u + sigma2;
+  const real g_v = v * (v + sigma), h_v = LIT(3.0) * g_v + sigma2;
+  const real G_v = v * g_v, v3 = v2 * v, H_v = v3 * h_v;
+  const real by_G = sum * (u + sigma) + v2;
+  const real by_H = (sum * u + v2) * h_u + v3 * (LIT(3.0) * sum + LIT(3.0) * sigma);
 
-  const real u2 = u * u, v2 = v * v;
-  const real s1 = u + v, s2 = u2 + uv + v2, s3 = s1 * (u2 + v2);
-  const real s4 = (u2 + v2) * s2 - u2 * v2;
-  const real G_v = dipole_gradient(v, sigma), DG = Du * (s2 + sigma * s1);
-  const real H_v = v2 * v * (LIT(3.0) * (v2 + sigma * v) + sigma * sigma);  // (3(1 + sigma d) + (sigma d)^2) / d^5
-  const real DH = Du * (LIT(3.0) * (s4 + sigma * s3) + sigma * sigma * s2);
-
-  const real B_v = m.fluence * (v + G_v * x_w_v) + m.C_E * (G_v * (x_n_v - w_n_v) + H_v * x_w_v * x_n_v);
-  const real DB =
-      m.fluence * (Du + DG * x_w + G_v * Dx_w) +
-      m.C_E * (DG * (x_n - g.w_n) + G_v * (Dx_n - Dw_n) + DH * x_w * x_n + H_v * (x_w * Dx_n + x_n_v * Dx_w));
+  const real B_v = F * v + G_v * (alpha - Dalpha) + H_v * (beta - Dbeta);
+  const real DB = Du * (F + by_G * alpha + by_H * beta) + G_v * Dalpha + H_v * Dbeta;
   const real S = m.scale * (attenuation(sigma * d_r) * (DB - attenuation_minus_1(sigma * delta) * B_v));
   return real_max(S, real_splat(LIT(0.0)));
 }
@@ -174,9 +175,9 @@ SHARED real better_dipole(CONSTANTS(Medium) m, DipoleGeometry g) {
 }
 #endif
 
-SHARED real bssrdf(CONSTANTS(Medium) m, DipoleGeometry g) {
+SHARED real bssrdf(CONSTANTS(Medium) m, CONSTANTS(Boundary) b, DipoleGeometry g) {
 #if MODEL == 0
-  return directional_dipole(m, g);
+  return directional_dipole(m, b, g);
 #elif MODEL == 1
   return standard_dipole(m, g);
 #else

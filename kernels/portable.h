@@ -167,10 +167,12 @@ SHARED real real_min(real a, real b) { return fmin(a, b); }
 SHARED real real_max(real a, real b) { return fmax(a, b); }
 SHARED real real_abs(real x) { return fabs(x); }
 // exp(x) = 2^n + 2^n (exp(r) - 1), x = n ln 2 + r, for x in [-87, 87]: what is added, and 2^n. The built-in functions
-// are scalar on some CPU drivers, and prepared for what never comes. The polynomial is off by 3e-9 (minimax).
+// are scalar on some CPU drivers, and prepared for what never comes. 1.5 x 2^23 makes the addition round to integers,
+// and the 127 leaves n's exponent bits in the sum's lowest ones. The polynomial is off by 3e-9 (minimax).
 SHARED real exp_of_remainder(real x, real* power) {
-  const real n = rint(x * 1.44269504f), r = (x - n * 0.693359375f) + n * 2.12194440e-4f;
-  *power = as_real((convert_mask(n) + 127) << 23);
+  const real shifted = x * 1.44269504f + 12583039.0f, n = shifted - 12583039.0f;
+  const real r = (x - n * 0.693359375f) + n * 2.12194440e-4f;
+  *power = as_real(as_mask(shifted) << 23);
   return *power * (r + r * r * (0.5f + r * (0.16666519f + r * (0.04166621f + r * (8.36889e-3f + r * 1.39505e-3f)))));
 }
 SHARED real real_exp(real x) {

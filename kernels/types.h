@@ -21,8 +21,9 @@ typedef struct {
   MEDIUM_FIELDS(float)
 } Medium;
 
-// Refraction at the boundary; eta_sq_minus_1 comes from double precision, since it cancels near eta = 1.
-#define BOUNDARY_FIELDS(T) T eta_sq, eta_sq_minus_1, pad_0, pad_1;
+// Refraction at the boundary; eta_sq_minus_1 comes from double precision, since it cancels near eta = 1. fluence weighs
+// fluence against flux in the directional dipole: 3 C_phi / C_E.
+#define BOUNDARY_FIELDS(T) T eta_sq, eta_sq_minus_1, inverse_eta, fluence;
 typedef struct {
   BOUNDARY_FIELDS(float)
 } Boundary;
@@ -93,7 +94,7 @@ typedef struct {
 // Every struct above with its last field: where that lies tells whether host and device lay the struct out alike.
 #define STRUCTS_THAT_CROSS(F) \
   F(Medium, scale)            \
-  F(Boundary, pad_1) F(View, pad) F(Window, pad1) F(RasterTriangle, triangle) F(Light, pad) F(Density, pad1)
+  F(Boundary, fluence) F(View, pad) F(Window, pad1) F(RasterTriangle, triangle) F(Light, pad) F(Density, pad1)
 
 // Points that a work-item of pass 2 takes on a device with several lanes; with one lane it takes one half of one point.
 #define POINTS_SIDE_BY_SIDE 8u

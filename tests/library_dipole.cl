@@ -25,7 +25,7 @@ __kernel void library_dipole(const uint n_points, const uint n_samples, const ui
     const real3 x_i = load(samples, all_samples, j), w_i = load(samples + 3 * all_samples, all_samples, j);
     const real3 n_i = load(samples + 6 * all_samples, all_samples, j);
     const DipoleGeometry geometry = dipole_geometry(real3_sub(x_o, x_i), refract_into(w_i, n_i, boundary), n_i, n_o);
-    UNROLL for (uint c = 0; c < 3; ++c) sum[c] += bssrdf(media[c], geometry);
+    UNROLL for (uint c = 0; c < 3; ++c) sum[c] += bssrdf(media[c], boundary, geometry);
   }
   for (uint c = 0; c < 3; ++c) {
     float total = 0.0f;
