@@ -29,12 +29,14 @@ SHARED real fresnel_transmittance(real cos_outside, CONSTANTS(Boundary) b) {
   return real_min(LIT(2.0) * c * q * (by_s * by_s + b.eta_sq * by_p * by_p), real_splat(LIT(1.0)));
 }
 
-// w12: the direction into the medium of light that comes from w_i (Snell), which (w_i.n - eta cos) n - w_i is eta times.
-// Under total reflection, where the transmittance is 0, a tangent that isn't unit.
+// w12: the direction into the medium of light that comes from w_i (Snell). Before scaling its length is eta but for the
+// rounding of w_i and n, which a Newton step removes: no root. Under total reflection, where the transmittance is 0, some
+// tangent, not a unit one.
 SHARED real3 refract_into(real3 w_i, real3 n, CONSTANTS(Boundary) b) {
   const real c = real3_dot(w_i, n);
-  const real along = (c - refracted_cosine(c, b)) * b.inverse_eta;
-  return real3_madd(real3_scale(n, along), w_i, real_splat(-b.inverse_eta));
+  const real3 w = real3_sub(real3_scale(n, c - refracted_cosine(c, b)), w_i);
+  const real length2 = real3_dot(w, w) * (b.inverse_eta * b.inverse_eta);
+  return real3_scale(w, b.inverse_eta * (LIT(1.5) - LIT(0.5) * length2));
 }
 
 // The axis that v is least aligned with, the first of equals.
@@ -73,6 +75,7 @@ typedef struct {
 } DipoleGeometry;
 
 // n* is the unit vector along x cross (n_i cross x), so that n*.v = (n_i cross x).(v cross x) / (|n_i cross x| |x|).
+// Where that is near 0/0 or out of range it is made step by step.
 SHARED DipoleGeometry dipole_geometry(real3 x, real3 w12, real3 n_i, real3 n_o) {
   DipoleGeometry g;
   const real3 n_x = real3_cross(n_i, x), w_x = real3_cross(w12, x), o_x = real3_cross(n_o, x);
@@ -81,11 +84,10 @@ SHARED DipoleGeometry dipole_geometry(real3 x, real3 w12, real3 n_i, real3 n_o) 
   g.x_w = real3_dot(x, w12);
   g.x_n = real3_dot(x, n_o);
   g.w_n = real3_dot(w12, n_o);
-  const real inverse = LIT(1.0) / g.r2, sin2 = real3_dot(n_x, n_x) * inverse;
-  const real scale = inverse * real_rsqrt(sin2);
+  const real n_x2 = real3_dot(n_x, n_x), product = n_x2 * g.r2, scale = real_rsqrt(product);
   g.s_w = real3_dot(n_x, w_x) * scale;
   g.s_n = real3_dot(n_x, o_x) * scale;
-  const mask usual = (g.r2 >= TINY) & (sin2 >= PARALLEL_LIMIT);
+  const mask usual = (product >= TINY) & (product <= LIT(1.0) / TINY) & (n_x2 >= PARALLEL_LIMIT * g.r2);
   if (mask_any(!usual)) {
     const real3 unit_x = real3_scale(x, real_rsqrt(real_max(g.r2, real_splat(TINY))));
     const real3 n_star = real3_select(g.r2 < TINY, n_i, normal_part(n_i, unit_x));
@@ -107,42 +109,38 @@ SHARED real dipole_gradient(real u, real sigma) { return u * u * (u + sigma); }
 #if defined(__cplusplus) || MODEL == 0
 // FHK 24, 25: squared real-source distance minus r^2, in mean free paths. The floor keeps 1/d^5 in range.
 SHARED real real_source_offset(CONSTANTS(Medium) m, DipoleGeometry g, real r2) {
-  const real third = g.w_n * LIT(-0.33333333333333333);  // mu0 / 3
-  const real lit = third * third + (LIT(2.0) * m.d_e * m.sigma_t_prime) * (third * g.across) *
-                                       real_rsqrt(r2 + m.d_e * m.d_e);
-  return real_max(real_select(third > LIT(0.0), lit, real_splat(m.a_back)), real_splat(LIT(1e-12)));
+  const real third = g.w_n * LIT(-0.33333333333333333);  // D mu0
+  const real slant = LIT(2.0) * m.d_e * m.sigma_t_prime * (third * g.across) * real_rsqrt(r2 + m.d_e * m.d_e);
+  const real offset = real_select(third > LIT(0.0), third * third + slant, real_splat(m.a_back));
+  return real_max(offset, real_splat(LIT(1e-12)));
 }
 
-// FHK 20 is, with u = 1/d and per C_E, the sum F u + G alpha + H beta of
-//   F = 3 C_phi / C_E,   G = (1 + sigma d) / d^3,             H = (3 (1 + sigma d) + (sigma d)^2) / d^5,
-//                        alpha = F x.w + x.n_o - w.n_o,       beta = (x.w) (x.n_o).
-// FHK 26 subtracts that of the virtual source, which nearly cancels it far away and at high albedo; so the difference
-// is taken analytically: every D.. is real minus virtual, exactly. The virtual source's dot products follow from n*
-// being normal to x. What knows nothing of m is shared by all channels.
+// FHK 20 without its exponential, per C_E, is B = F u + G alpha + H beta, where u = 1/d and
+//   F = 3 C_phi / C_E           G = (1 + sigma d) / d^3                  H = (3 (1 + sigma d) + (sigma d)^2) / d^5
+//                               alpha = F x.w + x.n_o - w.n_o            beta = (x.w) (x.n_o)
+// FHK 26 subtracts B of the virtual source, nearly as large far away and at high albedo. So differences are taken
+// analytically: every D.. is real minus virtual, exactly. Dot products of the virtual source follow from n* being normal
+// to x. What doesn't depend on m is written so that a compiler computes it once for all channels.
 SHARED real directional_dipole(CONSTANTS(Medium) m, CONSTANTS(Boundary) b, DipoleGeometry g) {
   const real sigma = real_splat(m.sigma_tr), sigma2 = sigma * sigma, F = real_splat(b.fluence);
-  const real scale = real_splat(m.sigma_t_prime), z_v = real_splat(m.z_v);  // scale: of x, to mean free paths
+  const real s = real_splat(m.sigma_t_prime), z_v = real_splat(m.z_v);  // s x is in mean free paths, as z_v is
+  const real alpha = s * (F * g.x_w + g.x_n) - g.w_n, beta = s * s * (g.x_w * g.x_n);
+  const real Dalpha = z_v * (g.s_n - F * g.s_w) - LIT(2.0) * (g.s_w * g.s_n);
+  const real Dbeta = s * z_v * (g.x_w * g.s_n - g.x_n * g.s_w) + z_v * z_v * (g.s_w * g.s_n);
 
-  const real alpha = scale * (F * g.x_w + g.x_n) - g.w_n, Dalpha = z_v * (g.s_n - F * g.s_w) - LIT(2.0) * (g.s_w * g.s_n);
-  const real beta = (scale * scale) * (g.x_w * g.x_n);
-  const real Dbeta = (z_v * scale) * (g.x_w * g.s_n - g.x_n * g.s_w) + (z_v * z_v) * (g.s_w * g.s_n);
+  const real r2 = s * s * g.r2, a_r = real_source_offset(m, g, r2), a_v = z_v * z_v;
+  const real u = real_rsqrt(r2 + a_r), v = real_rsqrt(r2 + a_v), uv = u * v, sum = u + v, v2 = v * v, v3 = v2 * v;
+  const real d_r = (r2 + a_r) * u, delta = (a_v - a_r) * (uv / sum), Du = delta * uv;  // delta = d_v - d_r
 
-  const real r2 = g.r2 * (scale * scale);
-  const real a_r = real_source_offset(m, g, r2), a_v = z_v * z_v;
-  const real d_r = real_sqrt(r2 + a_r), d_v = real_sqrt(r2 + a_v);
-  const real product = d_r * d_v, inverse = LIT(1.0) / (product * (d_r + d_v));
-  const real Du = (a_v - a_r) * inverse, delta = Du * product;  // d_v - d_r
-  const real uv = (d_r + d_v) * inverse, u = d_v * uv, v = d_r * uv, sum = u + v, v2 = v * v;
-
-  // G = u g_u, H = u^3 h_u with the same of v; DG = Du by_G, DH = Du by_H.
-  const real g_u = u * (u + sigma), h_u = LIT(3.0) * g_u + sigma2;
-  const real g_v = v * (v + sigma), h_v = LIT(3.0) * g_v + sigma2;
-  const real G_v = v * g_v, v3 = v2 * v, H_v = v3 * h_v;
-  const real by_G = sum * (u + sigma) + v2;
-  const real by_H = (sum * u + v2) * h_u + v3 * (LIT(3.0) * sum + LIT(3.0) * sigma);
+  // G = u gu and H = u^3 hu, with the same of v; DG and DH are Du times what follows from dividing by u - v.
+  const real gu = u * (u + sigma), hu = LIT(3.0) * gu + sigma2;
+  const real gv = v * (v + sigma), hv = LIT(3.0) * gv + sigma2;
+  const real G_v = v * gv, H_v = v3 * hv;
+  const real DG_by_Du = sum * (u + sigma) + v2;
+  const real DH_by_Du = (sum * u + v2) * hu + v3 * (LIT(3.0) * sum + LIT(3.0) * sigma);
 
   const real B_v = F * v + G_v * (alpha - Dalpha) + H_v * (beta - Dbeta);
-  const real DB = Du * (F + by_G * alpha + by_H * beta) + G_v * Dalpha + H_v * Dbeta;
+  const real DB = Du * (F + DG_by_Du * alpha + DH_by_Du * beta) + G_v * Dalpha + H_v * Dbeta;
   const real S = m.scale * (attenuation(sigma * d_r) * (DB - attenuation_minus_1(sigma * delta) * B_v));
   return real_max(S, real_splat(LIT(0.0)));
 }

@@ -113,7 +113,7 @@ typedef uint16 ureal;
   const float4 four_ = array[index];         \
   const real X = four_.x, Y = four_.y, Z = four_.z, W = four_.w;
 #else
-#define mask_any(m) any(m)
+#define mask_any(m) any((m).lo | (m).hi)  // with half the tests, which some CPU drivers make one by one
 #define LANE(v, lane) ((v).s##lane)
 #if VW == 4
 #define LANES ((uint4)(0, 1, 0, 1))
@@ -162,7 +162,16 @@ typedef long i64;
 SHARED real real_splat(float x) { return (real)(x); }
 SHARED real real_select(mask m, real a, real b) { return select(b, a, m); }
 SHARED real real_sqrt(real x) { return sqrt(x); }
+#if VW == 1
 SHARED real real_rsqrt(real x) { return rsqrt(x); }
+#else
+// On a CPU a root and a quotient, which keep one slow unit busy. Instead: halving the exponent gives 3.4 %, one step of
+// fifth order (minimax) 1e-7, of normal numbers. 0 gives a large number.
+SHARED real real_rsqrt(real x) {
+  const real y = as_real(0x5f374800 - (as_mask(x) >> 1)), h = 1.0f - x * y * y;
+  return y + y * h * (0.49999834f + h * (0.37499798f + h * (0.31393342f + h * 0.27487161f)));
+}
+#endif
 SHARED real real_min(real a, real b) { return fmin(a, b); }
 SHARED real real_max(real a, real b) { return fmax(a, b); }
 SHARED real real_abs(real x) { return fabs(x); }

@@ -13,16 +13,16 @@ KERNEL_HEADER_BEGIN
 //   d_e            extrapolation length (FHK 21)
 //   z_v            distance of the virtual source from the boundary
 //   a_back         squared distance offset of backlit points (FHK 25)
-//   fluence        weight of the fluence term: C_phi / D
-//   C_E            weight of the flux term
+//   fluence        weight of the fluence term, C_phi / D, and
+//   C_E            of the flux term: of the better dipole only
 //   scale          everything constant in front of the dipole, sigma_t'^2 included
 #define MEDIUM_FIELDS(T) T sigma_t_prime, sigma_tr, d_e, z_v, a_back, fluence, C_E, scale;
 typedef struct {
   MEDIUM_FIELDS(float)
 } Medium;
 
-// Refraction at the boundary; eta_sq_minus_1 comes from double precision, since it cancels near eta = 1. fluence weighs
-// fluence against flux in the directional dipole: 3 C_phi / C_E.
+// Refraction at the boundary; eta_sq_minus_1 comes from double precision, since it cancels near eta = 1. fluence is
+// what the directional dipole weighs fluence with if flux has weight 1: 3 C_phi / C_E.
 #define BOUNDARY_FIELDS(T) T eta_sq, eta_sq_minus_1, inverse_eta, fluence;
 typedef struct {
   BOUNDARY_FIELDS(float)
