@@ -29,14 +29,14 @@ SHARED real fresnel_transmittance(real cos_outside, CONSTANTS(Boundary) b) {
   return real_min(LIT(2.0) * c * q * (by_s * by_s + b.eta_sq * by_p * by_p), real_splat(LIT(1.0)));
 }
 
-// w12: the direction into the medium of light that comes from w_i (Snell). Before scaling its length is eta but for the
-// rounding of w_i and n, which a Newton step removes: no root. Under total reflection, where the transmittance is 0, some
-// tangent, not a unit one.
+// w12: the direction into the medium of light that comes from w_i (Snell). Before the last step it is eta long but for
+// the rounding of w_i and n, so that three terms of a series make it unit. Under total reflection, where the
+// transmittance is 0, some tangent.
 SHARED real3 refract_into(real3 w_i, real3 n, CONSTANTS(Boundary) b) {
   const real c = real3_dot(w_i, n);
   const real3 w = real3_sub(real3_scale(n, c - refracted_cosine(c, b)), w_i);
   const real length2 = real3_dot(w, w) * (b.inverse_eta * b.inverse_eta);
-  return real3_scale(w, b.inverse_eta * (LIT(1.5) - LIT(0.5) * length2));
+  return real3_scale(w, b.inverse_eta * (LIT(1.875) - length2 * (LIT(1.25) - LIT(0.375) * length2)));
 }
 
 // The axis that v is least aligned with, the first of equals.
@@ -119,8 +119,8 @@ SHARED real real_source_offset(CONSTANTS(Medium) m, DipoleGeometry g, real r2) {
 //   F = 3 C_phi / C_E           G = (1 + sigma d) / d^3                  H = (3 (1 + sigma d) + (sigma d)^2) / d^5
 //                               alpha = F x.w + x.n_o - w.n_o            beta = (x.w) (x.n_o)
 // FHK 26 subtracts B of the virtual source, nearly as large far away and at high albedo. So differences are taken
-// analytically: every D.. is real minus virtual, exactly. Dot products of the virtual source follow from n* being normal
-// to x. What doesn't depend on m is written so that a compiler computes it once for all channels.
+// analytically: every D.. is real minus virtual, exactly. Dot products of the virtual source follow from n* being
+// normal to x. What doesn't depend on m is written so that a compiler computes it once for all channels.
 SHARED real directional_dipole(CONSTANTS(Medium) m, CONSTANTS(Boundary) b, DipoleGeometry g) {
   const real sigma = real_splat(m.sigma_tr), sigma2 = sigma * sigma, F = real_splat(b.fluence);
   const real s = real_splat(m.sigma_t_prime), z_v = real_splat(m.z_v);  // s x is in mean free paths, as z_v is

@@ -105,7 +105,8 @@ void check_parameters(const HalfSpace& m, double cos_outside, std::uint64_t phot
 }
 
 /// The plane integral's integrand: S_d at a point of exit, the light's plane being y = 0.
-double plane_S(const kernels::ExactMedium& medium, const kernels::ExactBoundary& boundary, Model model, kernels::real3 w12, double r, double phi) {
+double plane_S(const kernels::ExactMedium& medium, const kernels::ExactBoundary& boundary, Model model,
+               kernels::real3 w12, double r, double phi) {
   const kernels::real3 normal{0, 0, 1};
   const kernels::DipoleGeometry g =
       kernels::dipole_geometry({r * std::cos(phi), r * std::sin(phi), 0}, w12, normal, normal);
