@@ -230,8 +230,9 @@ __attribute__((always_inline)) static void scattered_radiance(Transport transpor
       const Entry* e = entry + k;
       geometry[k] = dipole_geometry(real3_make(p.x - e->x.x, p.y - e->x.y, p.z - e->x.z), e->w12, e->n, n_o);
     }
-    UNROLL for (uint m = 0; m < MEDIA; ++m) for (uint k = 0; k < n_points; ++k) sum[k][m] +=
-        entry[k].flux * bssrdf(transport.media[m], geometry[k]);
+    for (uint k = 0; k < n_points; ++k)
+      UNROLL for (uint m = 0; m < MEDIA; ++m) sum[k][m] +=
+          entry[k].flux * bssrdf(transport.media[m], transport.boundary, geometry[k]);
   }
 }
 

@@ -30,7 +30,7 @@ __kernel void self_test_pairs(__global const Medium* restrict media, __global co
   if (first >= stride) return;
   for (uint lane = 0; lane < VW; ++lane) {
     const Boundary boundary = boundaries[first + lane];
-    const real all = bssrdf(media[first + lane], load_geometry(vectors, stride, first, boundary));
+    const real all = bssrdf(media[first + lane], boundary, load_geometry(vectors, stride, first, boundary));
     S[first + lane] = ((const float*)&all)[lane];
   }
 }
@@ -64,7 +64,7 @@ __kernel void self_test(const Medium medium, const Boundary boundary, __global c
   STORE_REAL(real_expm1(-argument), values + stride + first);
   STORE_REAL(real_sqrt(argument), values + 2 * stride + first);
   STORE_REAL(real_rsqrt(argument), values + 3 * stride + first);
-  STORE_REAL(bssrdf(medium, load_geometry(vectors, stride, first, boundary)), values + 4 * stride + first);
+  STORE_REAL(bssrdf(medium, boundary, load_geometry(vectors, stride, first, boundary)), values + 4 * stride + first);
 
   if (item > 0) return;
   uint n = 0;

@@ -82,7 +82,7 @@ TEST(SelfTest, NamesWhatIsBroken) {
                 {"sums[member] += sums[member + half_of];", "sums[member] += sums[member];", "barrier reduction"},
                 {"atomic_min(minimum,", "atomic_max(minimum,", "atomic minimum"},
                 {"(char*)&value.last - (char*)&value", "(char*)&value.last - (char*)&value + 4", "struct layout"},
-                {"const real B_v = m.fluence *", "const real B_v = 1.001f * m.fluence *", "dipole sum"},
+                {"const real B_v = F *", "const real B_v = 1.001f * F *", "dipole sum"},
                 {"return real_max(S, real_splat(LIT(0.0)));", "return S * (S - S) / (S - S);", "dipole sum"}};  // NaN
   for (const auto& b : breaks) {
     Prepared device(broken_program(b.from, b.to), 1);

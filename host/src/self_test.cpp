@@ -95,7 +95,7 @@ SelfTestAnswer dipole_answer(const float* found, const std::vector<float>& vecto
     };
     const kernels::DipoleGeometry g = kernels::dipole_geometry(
         kernels::real3_sub(v(9), v(0)), kernels::refract_into(v(3), v(6), boundary), v(6), v(12));
-    const double right = model == Model::directional ? kernels::directional_dipole(medium, g)
+    const double right = model == Model::directional ? kernels::directional_dipole(medium, boundary, g)
                          : model == Model::standard  ? kernels::standard_dipole(medium, g)
                                                      : kernels::better_dipole(medium, g);
     worst.add(found[i], right, i);
