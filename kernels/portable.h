@@ -115,7 +115,7 @@ typedef uint16 ureal;
   const float4 four_ = array[index];         \
   const real X = four_.x, Y = four_.y, Z = four_.z, W = four_.w;
 #else
-#define mask_all(m) all((m).lo & (m).hi)  // with half the tests, which some CPU drivers make one by one
+#define mask_all(m) all((m).lo&(m).hi)  // with half the tests, which some CPU drivers make one by one
 #define LANE(v, lane) ((v).s##lane)
 #if VW == 4
 #define LANES ((uint4)(0, 1, 0, 1))

@@ -117,7 +117,7 @@ class EvaluationKernel {
   [[nodiscard]] const DeviceInfo& info() const { return compute_.info(); }
 
  private:
-  [[nodiscard]] double kernel_seconds() const {
+  [[nodiscard]] double kernel_seconds() {
     const auto& by_stage = compute_.kernel_seconds();
     return by_stage.empty() ? 0.0 : by_stage.at(Stage::plan);
   }
