@@ -29,11 +29,14 @@ SHARED real fresnel_transmittance(real cos_outside, CONSTANTS(Boundary) b) {
   return real_min(LIT(2.0) * c * q * (by_s * by_s + b.eta_sq * by_p * by_p), real_splat(LIT(1.0)));
 }
 
-// w12: the direction into the medium of light that comes from w_i (Snell). Under total reflection, where the
-// transmittance is 0, a tangent.
+// w12: the direction into the medium of light that comes from w_i (Snell). Before the last step it is eta long but for
+// the rounding of w_i and n, so that three terms of a series make it unit. Under total reflection, where the
+// transmittance is 0, some tangent.
 SHARED real3 refract_into(real3 w_i, real3 n, CONSTANTS(Boundary) b) {
   const real c = real3_dot(w_i, n);
-  return real3_normalize(real3_sub(real3_scale(n, c - refracted_cosine(c, b)), w_i));
+  const real3 w = real3_sub(real3_scale(n, c - refracted_cosine(c, b)), w_i);
+  const real length2 = real3_dot(w, w) * (b.inverse_eta * b.inverse_eta);
+  return real3_scale(w, b.inverse_eta * (LIT(1.875) - length2 * (LIT(1.25) - LIT(0.375) * length2)));
 }
 
 // The axis that v is least aligned with, the first of equals.
@@ -62,30 +65,30 @@ SHARED real3 bend_normal(real3 n, real3 w) {
 
 // What all channels share of a pair of points, x = x_o - x_i in any unit, w = w12, n* the modified normal.
 typedef struct {
-  real r2;       // |x|^2
-  real x_w;      // x.w
-  real x_n;      // x.n_o
-  real across2;  // |x cross w|^2
-  real w_n;      // w.n_o
-  real s_w;      // n*.w
-  real s_n;      // n*.n_o
+  real r2;      // |x|^2
+  real across;  // |x cross w|
+  real x_w;     // x.w
+  real x_n;     // x.n_o
+  real w_n;     // w.n_o
+  real s_w;     // n*.w
+  real s_n;     // n*.n_o
 } DipoleGeometry;
 
 // n* is the unit vector along x cross (n_i cross x), so that n*.v = (n_i cross x).(v cross x) / (|n_i cross x| |x|).
+// Where that is near 0/0 or out of range it is made step by step.
 SHARED DipoleGeometry dipole_geometry(real3 x, real3 w12, real3 n_i, real3 n_o) {
   DipoleGeometry g;
   const real3 n_x = real3_cross(n_i, x), w_x = real3_cross(w12, x), o_x = real3_cross(n_o, x);
   g.r2 = real3_dot(x, x);
+  g.across = real_sqrt(real3_dot(w_x, w_x));
   g.x_w = real3_dot(x, w12);
   g.x_n = real3_dot(x, n_o);
-  g.across2 = real3_dot(w_x, w_x);
   g.w_n = real3_dot(w12, n_o);
-  const real inverse = LIT(1.0) / g.r2, sin2 = real3_dot(n_x, n_x) * inverse;
-  const real scale = inverse * real_rsqrt(sin2);
+  const real n_x2 = real3_dot(n_x, n_x), product = n_x2 * g.r2, scale = real_rsqrt(product);
   g.s_w = real3_dot(n_x, w_x) * scale;
   g.s_n = real3_dot(n_x, o_x) * scale;
-  const mask usual = (g.r2 >= TINY) & (sin2 >= PARALLEL_LIMIT);
-  if (mask_any(!usual)) {
+  const mask usual = (product >= TINY) & (product <= LIT(1.0) / TINY) & (n_x2 >= PARALLEL_LIMIT * g.r2);
+  if (!mask_all(usual)) {
     const real3 unit_x = real3_scale(x, real_rsqrt(real_max(g.r2, real_splat(TINY))));
     const real3 n_star = real3_select(g.r2 < TINY, n_i, normal_part(n_i, unit_x));
     g.s_w = real_select(usual, g.s_w, real3_dot(n_star, w12));
@@ -105,43 +108,39 @@ SHARED real dipole_gradient(real u, real sigma) { return u * u * (u + sigma); }
 
 #if defined(__cplusplus) || MODEL == 0
 // FHK 24, 25: squared real-source distance minus r^2, in mean free paths. The floor keeps 1/d^5 in range.
-SHARED real real_source_offset(CONSTANTS(Medium) m, real r2, real across2, real mu0) {
-  const real third = mu0 * LIT(0.33333333333333333);
-  const real lit = third * (third + LIT(2.0) * m.d_e * real_sqrt(across2 / (r2 + m.d_e * m.d_e)));
-  return real_max(real_select(mu0 > LIT(0.0), lit, real_splat(m.a_back)), real_splat(LIT(1e-12)));
+SHARED real real_source_offset(CONSTANTS(Medium) m, DipoleGeometry g, real r2) {
+  const real third = g.w_n * LIT(-0.33333333333333333);  // D mu0
+  const real slant = LIT(2.0) * m.d_e * m.sigma_t_prime * (third * g.across) * real_rsqrt(r2 + m.d_e * m.d_e);
+  const real offset = real_select(third > LIT(0.0), third * third + slant, real_splat(m.a_back));
+  return real_max(offset, real_splat(LIT(1e-12)));
 }
 
-// FHK 20, 26, real minus virtual source with the difference taken analytically, since both nearly cancel far away and
-// at high albedo: every D.. is real minus virtual, exactly. Dot products of the virtual source follow from n* being
-// normal to x.
-SHARED real directional_dipole(CONSTANTS(Medium) m, DipoleGeometry g) {
-  const real sigma = real_splat(m.sigma_tr);
-  const real scale2 = real_splat(m.sigma_t_prime * m.sigma_t_prime);
-  const real r2 = g.r2 * scale2;
-  const real x_w = g.x_w * m.sigma_t_prime;
-  const real x_n = g.x_n * m.sigma_t_prime;
+// FHK 20 without its exponential, per C_E, is B = F u + G alpha + H beta, where u = 1/d and
+//   F = 3 C_phi / C_E           G = (1 + sigma d) / d^3                  H = (3 (1 + sigma d) + (sigma d)^2) / d^5
+//                               alpha = F x.w + x.n_o - w.n_o            beta = (x.w) (x.n_o)
+// FHK 26 subtracts B of the virtual source, nearly as large far away and at high albedo. So differences are taken
+// analytically: every D.. is real minus virtual, exactly. Dot products of the virtual source follow from n* being
+// normal to x. What doesn't depend on m is written so that a compiler computes it once for all channels.
+SHARED real directional_dipole(CONSTANTS(Medium) m, CONSTANTS(Boundary) b, DipoleGeometry g) {
+  const real sigma = real_splat(m.sigma_tr), sigma2 = sigma * sigma, F = real_splat(b.fluence);
+  const real s = real_splat(m.sigma_t_prime), z_v = real_splat(m.z_v);  // s x is in mean free paths, as z_v is
+  const real alpha = s * (F * g.x_w + g.x_n) - g.w_n, beta = s * s * (g.x_w * g.x_n);
+  const real Dalpha = z_v * (g.s_n - F * g.s_w) - LIT(2.0) * (g.s_w * g.s_n);
+  const real Dbeta = s * z_v * (g.x_w * g.s_n - g.x_n * g.s_w) + z_v * z_v * (g.s_w * g.s_n);
 
-  const real a_r = real_source_offset(m, r2, g.across2 * scale2, -g.w_n);
-  const real a_v = real_splat(m.z_v * m.z_v);
-  const real d_r = real_sqrt(r2 + a_r), d_v = real_sqrt(r2 + a_v);
-  const real product = d_r * d_v, sum = d_r + d_v, inverse = LIT(1.0) / (product * sum);
-  const real uv = sum * inverse, u = d_v * uv, v = d_r * uv;    // 1/d
-  const real Du = (a_v - a_r) * inverse, delta = Du * product;  // d_v - d_r
+  const real r2 = s * s * g.r2, a_r = real_source_offset(m, g, r2), a_v = z_v * z_v;
+  const real u = real_rsqrt(r2 + a_r), v = real_rsqrt(r2 + a_v), uv = u * v, sum = u + v, v2 = v * v, v3 = v2 * v;
+  const real d_r = (r2 + a_r) * u, delta = (a_v - a_r) * (uv / sum), Du = delta * uv;  // delta = d_v - d_r
 
-  const real Dx_w = -m.z_v * g.s_w, Dx_n = m.z_v * g.s_n, Dw_n = LIT(2.0) * g.s_w * g.s_n;
-  const real x_w_v = x_w - Dx_w, x_n_v = x_n - Dx_n, w_n_v = g.w_n - Dw_n;
+  // G = u gu and H = u^3 hu, with the same of v; DG and DH are Du times what follows from dividing by u - v.
+  const real gu = u * (u + sigma), hu = LIT(3.0) * gu + sigma2;
+  const real gv = v * (v + sigma), hv = LIT(3.0) * gv + sigma2;
+  const real G_v = v * gv, H_v = v3 * hv;
+  const real DG_by_Du = sum * (u + sigma) + v2;
+  const real DH_by_Du = (sum * u + v2) * hu + v3 * (LIT(3.0) * sum + LIT(3.0) * sigma);
 
-  const real u2 = u * u, v2 = v * v;
-  const real s1 = u + v, s2 = u2 + uv + v2, s3 = s1 * (u2 + v2);
-  const real s4 = (u2 + v2) * s2 - u2 * v2;
-  const real G_v = dipole_gradient(v, sigma), DG = Du * (s2 + sigma * s1);
-  const real H_v = v2 * v * (LIT(3.0) * (v2 + sigma * v) + sigma * sigma);  // (3(1 + sigma d) + (sigma d)^2) / d^5
-  const real DH = Du * (LIT(3.0) * (s4 + sigma * s3) + sigma * sigma * s2);
-
-  const real B_v = m.fluence * (v + G_v * x_w_v) + m.C_E * (G_v * (x_n_v - w_n_v) + H_v * x_w_v * x_n_v);
-  const real DB =
-      m.fluence * (Du + DG * x_w + G_v * Dx_w) +
-      m.C_E * (DG * (x_n - g.w_n) + G_v * (Dx_n - Dw_n) + DH * x_w * x_n + H_v * (x_w * Dx_n + x_n_v * Dx_w));
+  const real B_v = F * v + G_v * (alpha - Dalpha) + H_v * (beta - Dbeta);
+  const real DB = Du * (F + DG_by_Du * alpha + DH_by_Du * beta) + G_v * Dalpha + H_v * Dbeta;
   const real S = m.scale * (attenuation(sigma * d_r) * (DB - attenuation_minus_1(sigma * delta) * B_v));
   return real_max(S, real_splat(LIT(0.0)));
 }
@@ -174,9 +173,9 @@ SHARED real better_dipole(CONSTANTS(Medium) m, DipoleGeometry g) {
 }
 #endif
 
-SHARED real bssrdf(CONSTANTS(Medium) m, DipoleGeometry g) {
+SHARED real bssrdf(CONSTANTS(Medium) m, CONSTANTS(Boundary) b, DipoleGeometry g) {
 #if MODEL == 0
-  return directional_dipole(m, g);
+  return directional_dipole(m, b, g);
 #elif MODEL == 1
   return standard_dipole(m, g);
 #else

@@ -5,7 +5,8 @@
 #define NORMAL_UNIT 0x1p20f       // of summed normals: radians of corners to 1e-6, 2000 of them before they overflow
 #define SMOOTH_COSINE 0.7660444f  // of 40 degrees; corners more bent than that keep their triangle's normal
 
-// Positions in object units, (x - centre) / radius with the centre in two parts, and w = 1; 0 where one isn't finite.
+// Positions in object units, (x - centre) / radius with the centre in two parts, and w = 1; 0 where one isn't finite or
+// lies so far outside the sphere that fixed-point coordinates and depths of orthographic views don't reach it.
 __kernel void geometry_positions(const uint n_positions, __global const float* source, const uint first,
                                  const uint stride, const float4 centre, const float4 centre_rest,
                                  const float inverse_radius, __global float4* restrict positions) {
@@ -13,12 +14,11 @@ __kernel void geometry_positions(const uint n_positions, __global const float* s
   if (i >= n_positions) return;
   const float3 p = vload3(0, source + first + (size_t)i * stride);
   const float3 x = (p - centre.xyz - centre_rest.xyz) * inverse_radius;
-  const uint3 bits = as_uint3(x) & 0x7f800000u;
-  const int finite = bits.x < 0x7f800000u && bits.y < 0x7f800000u && bits.z < 0x7f800000u;
-  positions[i] = finite ? (float4)(x, 1.0f) : (float4)(0.0f);
+  const int inside = as_uint(dot(x, x)) < as_uint(4.0f);  // bits: not a NaN either
+  positions[i] = inside ? (float4)(x, 1.0f) : (float4)(0.0f);
 }
 
-// Triangles whose corners exist and are finite; the others become points, which nothing draws.
+// Triangles whose corners exist and lie inside; the others become points, which nothing draws.
 __kernel void geometry_triangles(const uint n_triangles, const uint n_positions, __global const uint* source,
                                  const uint first, __global const float4* restrict positions,
                                  __global uint* restrict triangles) {

@@ -189,19 +189,18 @@ typedef struct {
   real flux;
 } Entry;
 
-static Entry sample_entry(Transport transport, const Fall* f) {
+// Through a pointer: of a returned struct clang makes what Oclgrind 21.10 can't run.
+static void sample_entry(Transport transport, const Fall* f, Entry* e) {
   CONTRACT
 #define READ_ELEMENT(k) transport.map[INDEX(f->texel, k)]
   READ_FOURS(transport.map, f->texel, height, slope_x, slope_y, normal)
 #undef READ_ELEMENT
-  Entry e;
   // The light ray through the sample meets the plane of the texel's geometric normal.
-  e.x = real3_make(f->x, f->y, height + (slope_x * f->off_x + slope_y * f->off_y));
-  e.n = shading_normal(as_mask(normal));
-  e.w12 = refract_into(towards_light(), e.n, transport.boundary);
-  const real T12 = fresnel_transmittance(e.n.z, transport.boundary);
-  e.flux = real_select(height > UNLIT, f->weight * T12, real_splat(0.0f));
-  return e;
+  e->x = real3_make(f->x, f->y, height + (slope_x * f->off_x + slope_y * f->off_y));
+  e->n = shading_normal(as_mask(normal));
+  e->w12 = refract_into(towards_light(), e->n, transport.boundary);
+  const real T12 = fresnel_transmittance(e->n.z, transport.boundary);
+  e->flux = real_select(height > UNLIT, f->weight * T12, real_splat(0.0f));
 }
 
 // Scattered radiance (without T21) of light l at some points, (x, number) and (n, ), of halves A and B, or with one
@@ -223,7 +222,7 @@ __attribute__((always_inline)) static void scattered_radiance(Transport transpor
     DipoleGeometry geometry[POINTS_OF_ITEM];
     for (uint k = 0; k < n_points; ++k)
       fall[k] = sample_fall(transport, l, centres[k], as_uint(points[2 * k].w) & ~POINT_BITS, half_index, j, last);
-    for (uint k = 0; k < n_points; ++k) entry[k] = sample_entry(transport, fall + k);
+    for (uint k = 0; k < n_points; ++k) sample_entry(transport, fall + k, entry + k);
     for (uint k = 0; k < n_points; ++k) {
       const float3 p = to_frame(light->view, points[2 * k].xyz - light->view.origin.xyz);
       const float3 n = to_frame(light->view, points[2 * k + 1].xyz);
@@ -231,8 +230,9 @@ __attribute__((always_inline)) static void scattered_radiance(Transport transpor
       const Entry* e = entry + k;
       geometry[k] = dipole_geometry(real3_make(p.x - e->x.x, p.y - e->x.y, p.z - e->x.z), e->w12, e->n, n_o);
     }
-    UNROLL for (uint m = 0; m < MEDIA; ++m) for (uint k = 0; k < n_points; ++k) sum[k][m] +=
-        entry[k].flux * bssrdf(transport.media[m], geometry[k]);
+    for (uint k = 0; k < n_points; ++k)
+      UNROLL for (uint m = 0; m < MEDIA; ++m) sum[k][m] +=
+          entry[k].flux * bssrdf(transport.media[m], transport.boundary, geometry[k]);
   }
 }
 

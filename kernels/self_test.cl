@@ -30,7 +30,7 @@ __kernel void self_test_pairs(__global const Medium* restrict media, __global co
   if (first >= stride) return;
   for (uint lane = 0; lane < VW; ++lane) {
     const Boundary boundary = boundaries[first + lane];
-    const real all = bssrdf(media[first + lane], load_geometry(vectors, stride, first, boundary));
+    const real all = bssrdf(media[first + lane], boundary, load_geometry(vectors, stride, first, boundary));
     S[first + lane] = ((const float*)&all)[lane];
   }
 }
@@ -42,28 +42,29 @@ __kernel void self_test_pairs(__global const Medium* restrict media, __global co
     layout[n++] = (uint)((char*)&value.last - (char*)&value); \
   }
 
-// One work-group. Every check has results of its own, so that what fails can be named.
+// SELF_TEST_ITEMS work-items in groups of any power of two. Every check has results of its own, so that what fails can
+// be named.
 __kernel void self_test(const Medium medium, const Boundary boundary, __global const float* restrict arguments,
                         __global const float* restrict vectors, __global uint* restrict layout,
                         __global uint* restrict reduced, __global uint* minimum, __global float* restrict values) {
-  const uint item = (uint)get_local_id(0), items = (uint)get_local_size(0);
+  const uint item = (uint)get_global_id(0), member = (uint)get_local_id(0), members = (uint)get_local_size(0);
   __local uint sums[SELF_TEST_ITEMS];
-  sums[item] = item * item + 1;
+  sums[member] = item * item + 1;
   barrier(CLK_LOCAL_MEM_FENCE);
-  for (uint half_of = items / 2; half_of > 0; half_of /= 2) {
-    if (item < half_of) sums[item] += sums[item + half_of];
+  for (uint half_of = members / 2; half_of > 0; half_of /= 2) {
+    if (member < half_of) sums[member] += sums[member + half_of];
     barrier(CLK_LOCAL_MEM_FENCE);
   }
   reduced[item] = sums[0];
-  atomic_min(minimum, SELF_TEST_MINIMUM + (item * 37u + 11u) % items);
+  atomic_min(minimum, SELF_TEST_MINIMUM + (item * 37u + 11u) % SELF_TEST_ITEMS);
 
-  const uint stride = items * VW, first = item * VW;
+  const uint stride = SELF_TEST_ITEMS * VW, first = item * VW;
   const real argument = LOAD_REAL(arguments + first);
   STORE_REAL(real_exp(-argument), values + first);
   STORE_REAL(real_expm1(-argument), values + stride + first);
   STORE_REAL(real_sqrt(argument), values + 2 * stride + first);
   STORE_REAL(real_rsqrt(argument), values + 3 * stride + first);
-  STORE_REAL(bssrdf(medium, load_geometry(vectors, stride, first, boundary)), values + 4 * stride + first);
+  STORE_REAL(bssrdf(medium, boundary, load_geometry(vectors, stride, first, boundary)), values + 4 * stride + first);
 
   if (item > 0) return;
   uint n = 0;

@@ -13,16 +13,17 @@ KERNEL_HEADER_BEGIN
 //   d_e            extrapolation length (FHK 21)
 //   z_v            distance of the virtual source from the boundary
 //   a_back         squared distance offset of backlit points (FHK 25)
-//   fluence        weight of the fluence term: C_phi / D
-//   C_E            weight of the flux term
+//   fluence        weight of the fluence term, C_phi / D, and
+//   C_E            of the flux term: of the better dipole only
 //   scale          everything constant in front of the dipole, sigma_t'^2 included
 #define MEDIUM_FIELDS(T) T sigma_t_prime, sigma_tr, d_e, z_v, a_back, fluence, C_E, scale;
 typedef struct {
   MEDIUM_FIELDS(float)
 } Medium;
 
-// Refraction at the boundary; eta_sq_minus_1 comes from double precision, since it cancels near eta = 1.
-#define BOUNDARY_FIELDS(T) T eta_sq, eta_sq_minus_1, pad_0, pad_1;
+// Refraction at the boundary; eta_sq_minus_1 comes from double precision, since it cancels near eta = 1. fluence is
+// what the directional dipole weighs fluence with if flux has weight 1: 3 C_phi / C_E.
+#define BOUNDARY_FIELDS(T) T eta_sq, eta_sq_minus_1, inverse_eta, fluence;
 typedef struct {
   BOUNDARY_FIELDS(float)
 } Boundary;
@@ -93,7 +94,7 @@ typedef struct {
 // Every struct above with its last field: where that lies tells whether host and device lay the struct out alike.
 #define STRUCTS_THAT_CROSS(F) \
   F(Medium, scale)            \
-  F(Boundary, pad_1) F(View, pad) F(Window, pad1) F(RasterTriangle, triangle) F(Light, number) F(Density, pad1)
+  F(Boundary, fluence) F(View, pad) F(Window, pad1) F(RasterTriangle, triangle) F(Light, number) F(Density, pad1)
 
 // Points that a work-item of pass 2 takes on a device with several lanes; with one lane it takes one half of one point.
 #define POINTS_SIDE_BY_SIDE 8u

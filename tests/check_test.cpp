@@ -57,10 +57,15 @@ std::string failures(const CheckReport& report) {
 TEST(SelfTest, PassesHereAtEveryWidth) {
   for (const std::uint32_t lanes : {1U, 4U, 8U}) {
     Prepared device(kernel_sources, lanes);
-    for (const SelfTestAnswer& answer : self_test(device.compute, Model::directional, lanes)) {
-      EXPECT_TRUE(answer.passed) << lanes << " lanes: " << answer.name << ": " << answer.found;
-      if (answer.name == "raster tile") {
-        EXPECT_NE(answer.found.find(", 225 are covered"), std::string::npos) << answer.found;  // 15 x 15 of 16 x 16
+    for (const std::size_t group : {64U, 8U, 1U}) {
+      device.compute.limit_groups(group);
+      EXPECT_EQ(device.compute.group_size("self_test"), group);
+      for (const SelfTestAnswer& answer : self_test(device.compute, Model::directional, lanes)) {
+        EXPECT_TRUE(answer.passed) << lanes << " lanes, groups of " << group << ": " << answer.name << ": "
+                                   << answer.found;
+        if (answer.name == "raster tile") {
+          EXPECT_NE(answer.found.find(", 225 are covered"), std::string::npos) << answer.found;  // 15 x 15 of 16 x 16
+        }
       }
     }
   }
@@ -74,10 +79,10 @@ TEST(SelfTest, NamesWhatIsBroken) {
                 {"SHARED real real_sqrt(real x) { return sqrt(x); }",
                  "SHARED real real_sqrt(real x) { return sqrt(x) * 1.000001f; }", "sqrt"},
                 {"  return rest + power;\n", "  return (rest + power) * 1.000001f;\n", "exp"},
-                {"sums[item] += sums[item + half_of];", "sums[item] += sums[item];", "barrier reduction"},
+                {"sums[member] += sums[member + half_of];", "sums[member] += sums[member];", "barrier reduction"},
                 {"atomic_min(minimum,", "atomic_max(minimum,", "atomic minimum"},
                 {"(char*)&value.last - (char*)&value", "(char*)&value.last - (char*)&value + 4", "struct layout"},
-                {"const real B_v = m.fluence *", "const real B_v = 1.001f * m.fluence *", "dipole sum"},
+                {"const real B_v = F *", "const real B_v = 1.001f * F *", "dipole sum"},
                 {"return real_max(S, real_splat(LIT(0.0)));", "return S * (S - S) / (S - S);", "dipole sum"}};  // NaN
   for (const auto& b : breaks) {
     Prepared device(broken_program(b.from, b.to), 1);

@@ -118,6 +118,18 @@ TEST_F(CliTest, NoDeviceIs4) {
   EXPECT_NE(outcome.err.find("no such device"), std::string::npos) << outcome.err;
 }
 
+TEST_F(CliTest, WithoutADriverOneLineSaysHowToGetOne) {
+  const std::string no_driver = "mkdir -p none; OCL_ICD_VENDORS=\"$PWD/none\" OPENCL_VENDOR_PATH=\"$PWD/none\"";
+  for (const char* arguments : {"render tet.obj -o a.exr", "devices", "check"}) {
+    const Outcome outcome = run(arguments, no_driver);
+    EXPECT_EQ(outcome.code, 4) << arguments;
+    EXPECT_TRUE(outcome.err.starts_with("parian: ")) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_NE(outcome.err.find("apt install pocl-opencl-icd"), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.out, "") << arguments;
+  }
+}
+
 TEST_F(CliTest, BadOutputIs5BeforeAnythingIsRead) {
   expect_error("render none.obj -o a.xyz", 5, "use .exr or .png");
   expect_error("render none.obj -o a", 5, "end it in .exr or .png");
@@ -152,8 +164,17 @@ TEST_F(CliTest, ListsDevices) {
   const auto list = nlohmann::json::parse(outcome.out);
   ASSERT_TRUE(list.is_array());
   EXPECT_EQ(outcome.code, list.empty() ? 4 : 0);
-  for (const auto& device : list) EXPECT_TRUE(device.contains("name") && device.contains("vector_width"));
-  EXPECT_EQ(run("devices").code, outcome.code);
+  for (const auto& device : list) {
+    for (const char* key : {"name", "platform", "driver", "version", "type", "compute_units", "vector_width",
+                            "max_work_group", "global_memory", "max_allocation", "local_memory"})
+      EXPECT_TRUE(device.contains(key)) << key;
+    EXPECT_GT(device["local_memory"].get<std::uint64_t>(), 0U);
+    EXPECT_EQ(device["self_test"]["passed"].get<bool>(), device["self_test"]["failed"].empty());
+  }
+  const Outcome table = run("devices");
+  EXPECT_EQ(table.code, outcome.code);
+  for (const auto& device : list) EXPECT_NE(table.out.find(device["name"]), std::string::npos) << table.out;
+  EXPECT_NE(table.out.find("self-test passed"), std::string::npos) << table.out;
 }
 
 const std::string small = "render '" PARIAN_MESHES "/torus.ply' --size 40x40 --layers 6 --layer-size 48 ";

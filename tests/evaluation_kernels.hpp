@@ -78,9 +78,10 @@ inline Evaluations make_evaluations(std::uint32_t n_points, std::uint32_t n_samp
 /// One form of S_d, compiled and with its input on the device.
 class EvaluationKernel {
  public:
-  /// The library's form at a width, or the plain one for 0.
-  EvaluationKernel(const std::string& selector, std::uint32_t lanes, const Evaluations& e)
+  /// The library's form at a width, or the plain one for 0, in groups of up to `group` work-items.
+  EvaluationKernel(const std::string& selector, std::uint32_t lanes, const Evaluations& e, std::size_t group = 64)
       : compute_(selector), evaluations_(e), plain_(lanes == 0) {
+    compute_.limit_groups(group);
     std::ifstream file(PARIAN_TEST_KERNELS + std::string(plain_ ? "/plain_dipole.cl" : "/library_dipole.cl"));
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     compute_.build("-cl-std=CL1.2 -DVW=" + std::to_string(plain_ ? 8 : lanes), plain_ ? text : with_headers(text));
@@ -116,7 +117,7 @@ class EvaluationKernel {
   [[nodiscard]] const DeviceInfo& info() const { return compute_.info(); }
 
  private:
-  [[nodiscard]] double kernel_seconds() const {
+  [[nodiscard]] double kernel_seconds() {
     const auto& by_stage = compute_.kernel_seconds();
     return by_stage.empty() ? 0.0 : by_stage.at(Stage::plan);
   }

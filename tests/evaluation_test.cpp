@@ -28,7 +28,7 @@ std::vector<double> exact_evaluations(const Evaluations& e) {
     const kernels::DipoleGeometry g =
         kernels::dipole_geometry(kernels::real3_sub({p[0], p[1], p[2]}, of_sample(0)), w12, n_i, {p[3], p[4], p[5]});
     for (const ChannelConstants& c : channels)
-      S.push_back(exact_bssrdf(Model::directional, exact_medium(c, Model::directional, 1), g));
+      S.push_back(exact_bssrdf(Model::directional, exact_medium(c, Model::directional, 1), boundary, g));
   }
   return S;
 }

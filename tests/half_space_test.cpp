@@ -163,9 +163,9 @@ TEST(DipoleAlbedo, AgreesWithAnotherQuadrature) {
         const ChannelConstants c = channel_constants(alpha, 1 - alpha, 0, eta);
         const kernels::ExactMedium m = exact_medium(c, Model::directional, 1);
         const double cosine = cos_degrees(angle);
+        const kernels::ExactBoundary b = exact_boundary(eta);
         const kernels::real3 n{0, 0, 1};
-        const kernels::real3 w12 =
-            kernels::refract_into({0, std::sqrt(1 - cosine * cosine), cosine}, n, exact_boundary(eta));
+        const kernels::real3 w12 = kernels::refract_into({0, std::sqrt(1 - cosine * cosine), cosine}, n, b);
         double sum = 0;
         constexpr int angles = 75;
         for (const Node& node : nodes) {
@@ -174,7 +174,7 @@ TEST(DipoleAlbedo, AgreesWithAnotherQuadrature) {
           for (int a = 0; a < angles; ++a) {
             const double phi = 2 * pi * (a + 0.3) / angles;
             const double S = kernels::directional_dipole(
-                m, kernels::dipole_geometry({r * std::cos(phi), r * std::sin(phi), 0}, w12, n, n));
+                m, b, kernels::dipole_geometry({r * std::cos(phi), r * std::sin(phi), 0}, w12, n, n));
             sum += node.weight / ((1 - node.x) * (1 - node.x)) * r * S * 2 * pi / angles;
           }
         }

@@ -104,7 +104,7 @@ double directional_total(const kernels::ExactMedium& medium, double eta, double 
     for (int k = 0; k < angles; ++k) {
       const double phi = 2 * pi * (k + 0.5) / angles;
       const kernels::real3 x{r * std::cos(phi), 0, r * std::sin(phi)};
-      sum += kernels::directional_dipole(medium, kernels::dipole_geometry(x, w12, n, n)) * r * r;
+      sum += kernels::directional_dipole(medium, boundary, kernels::dipole_geometry(x, w12, n, n)) * r * r;
     }
   }
   return sum * (high - low) / radii * 2 * pi / angles;

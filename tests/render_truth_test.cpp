@@ -13,9 +13,10 @@ using kernels::real3;
 double plane_S(const Material& m, Model model, double r) {
   const ChannelConstants constants = channel_constants(m.sigma_s.x, m.sigma_a.x, m.g.x, m.ior);
   const kernels::ExactMedium medium = exact_medium(constants, model, 1.0);
+  const kernels::ExactBoundary boundary = exact_boundary(m.ior);
   const real3 n{0, 0, 1};
   const kernels::DipoleGeometry g = kernels::dipole_geometry({r, 0, 0}, {0, 0, -1}, n, n);
-  return model == Model::directional ? kernels::directional_dipole(medium, g)
+  return model == Model::directional ? kernels::directional_dipole(medium, boundary, g)
          : model == Model::standard  ? kernels::standard_dipole(medium, g)
                                      : kernels::better_dipole(medium, g);
 }

@@ -7,27 +7,15 @@
 #include <string>
 #include <vector>
 
+#include "compute.hpp"
 #include "embedded.hpp"
 
 namespace parian {
 
-/// The device that PARIAN_DEVICE names a part of, otherwise the first of the first platform that has any.
+/// The device that PARIAN_DEVICE means, as it does to the library.
 inline cl::Device test_device() {
   const char* wanted = std::getenv("PARIAN_DEVICE");
-  std::vector<cl::Platform> platforms;
-  cl::Platform::get(&platforms);
-  for (const cl::Platform& platform : platforms) {
-    std::vector<cl::Device> devices;
-    try {
-      platform.getDevices(CL_DEVICE_TYPE_ALL, &devices);
-    } catch (const cl::Error&) {  // CL_DEVICE_NOT_FOUND
-    }
-    for (const cl::Device& d : devices)
-      if (!wanted ||
-          (d.getInfo<CL_DEVICE_NAME>() + " " + platform.getInfo<CL_PLATFORM_NAME>()).find(wanted) != std::string::npos)
-        return d;
-  }
-  throw std::runtime_error("no OpenCL device");
+  return Compute(wanted ? wanted : "").device();
 }
 
 /// The headers of the embedded program, up to bssrdf.h, followed by `kernels`.

@@ -159,8 +159,9 @@ inline std::string test_selector() {
 
 /// A scene on the device under test. `change` may edit the plan before anything is compiled.
 struct Bench {
-  explicit Bench(Scene s, const Settings& settings = {}, const std::function<void(Plan&)>& change = {})
-      : scene(std::move(s)), compute(test_selector()), plan(make_plan(scene, settings, compute.info())) {
+  explicit Bench(Scene s, const Settings& settings = {}, const std::function<void(Plan&)>& change = {},
+                 const std::string& selector = test_selector())
+      : scene(std::move(s)), compute(selector), plan(make_plan(scene, settings, compute.info())) {
     if (change) change(plan);
     compute.build(plan.options);
     upload_geometry(passes, scene.mesh);
@@ -275,7 +276,8 @@ inline PerMedium texel_response(const Plan& plan, const kernels::Light& light, c
       kernels::dipole_geometry({p.x - x_i.x, p.y - x_i.y, p.z - x_i.z}, w12, n_i, {n_o.x, n_o.y, n_o.z});
   g.w_n += turn_of_n_o;
   for (std::size_t m = 0; m < plan.media.size(); ++m)
-    response[m] = kernels::fresnel_transmittance(n_i.z, plan.boundary) * kernels::bssrdf(plan.media[m], g);
+    response[m] =
+        kernels::fresnel_transmittance(n_i.z, plan.boundary) * kernels::bssrdf(plan.media[m], plan.boundary, g);
   return response;
 }
 

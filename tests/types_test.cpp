@@ -22,7 +22,8 @@ namespace {
 #define DENSITY_FIELDS(F) F(Density, log_G_min) F(Density, inverse_step) F(Density, entries) F(Density, h_min) \
   F(Density, sigma) F(Density, radius)
 #define MEDIUM_OFFSETS(F) F(Medium, sigma_t_prime) F(Medium, sigma_tr) F(Medium, d_e) F(Medium, z_v) \
-  F(Medium, a_back) F(Medium, fluence) F(Medium, C_E) F(Medium, scale) F(Boundary, eta_sq) F(Boundary, eta_sq_minus_1)
+  F(Medium, a_back) F(Medium, fluence) F(Medium, C_E) F(Medium, scale) F(Boundary, eta_sq) F(Boundary, eta_sq_minus_1) \
+  F(Boundary, inverse_eta) F(Boundary, fluence)
 #define ALL_FIELDS(F) \
   VIEW_FIELDS(F) WINDOW_FIELDS(F) TRIANGLE_FIELDS(F) LIGHT_FIELDS(F) DENSITY_FIELDS(F) MEDIUM_OFFSETS(F)
 #define ALL_TYPES(T) T(View) T(Window) T(RasterTriangle) T(Light) T(Density) T(Medium) T(Boundary)

@@ -1,66 +1,110 @@
-// `parian devices`: what OpenCL offers.
+// `parian devices`: what OpenCL offers, and how each device answers the self-test.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "child_process.hpp"
 #include "commands.hpp"
-#include "renderer.hpp"
+#include "plan.hpp"
+#include "self_test.hpp"
+#include "trial.hpp"
 
 namespace parian {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-void print_json(const std::vector<DeviceInfo>& devices) {
-  Json list = Json::array();
-  for (const DeviceInfo& device : devices) {
-    list.push_back({{"index", device.index},
-                    {"name", device.name},
-                    {"platform", device.platform},
-                    {"vendor", device.vendor},
-                    {"driver", device.driver},
-                    {"version", device.version},
-                    {"type", device.type},
-                    {"compute_units", device.compute_units},
-                    {"vector_width", device.vector_width},
-                    {"global_memory", device.global_memory},
-                    {"max_allocation", device.max_allocation}});
-  }
-  fmt::print("{}\n", list.dump(2, ' ', false, Json::error_handler_t::replace));
+constexpr double patience = 120;  // seconds for a device to compile the kernels and to answer
+
+Json json_of(const DeviceInfo& device) {
+  return {{"index", device.index},
+          {"name", device.name},
+          {"platform", device.platform},
+          {"vendor", device.vendor},
+          {"driver", device.driver},
+          {"version", device.version},
+          {"type", device.type},
+          {"compute_units", device.compute_units},
+          {"vector_width", device.vector_width},
+          {"max_work_group", device.max_work_group},
+          {"global_memory", device.global_memory},
+          {"max_allocation", device.max_allocation},
+          {"local_memory", device.local_memory}};
 }
 
-void print_table(const std::vector<DeviceInfo>& devices) {
-  std::size_t name = 4, platform = 8, type = 4;
-  for (const DeviceInfo& device : devices) {
-    name = std::max(name, device.name.size());
-    platform = std::max(platform, device.platform.size());
-    type = std::max(type, device.type.size());
+/// What a device fails in: {"check", "found"} each; empty when it's sound.
+Json failures_of(const std::string& selector) {
+  Json failed = Json::array();
+  try {
+    Compute compute(selector);
+    const Plan plan = make_plan(ordinary_scene(), ordinary_settings(), compute.info());
+    compute.build(plan.options);
+    for (const SelfTestAnswer& a :
+         with_device_errors(compute.info(), [&] { return self_test(compute, ordinary_settings().model, plan.lanes); }))
+      if (!a.passed) failed.push_back({{"check", a.name}, {"found", a.found}});
+  } catch (const Error& error) {
+    failed.push_back({{"check", "run"}, {"found", error.what()}});
   }
-  fmt::print("{:>3}  {:<{}}  {:<{}}  {:<{}}  {:>5}  {:>5}  {:>7}  {}\n", "", "name", name, "platform", platform, "type",
-             type, "units", "lanes", "GiB", "version");
-  for (const DeviceInfo& device : devices) {
-    fmt::print("{:>3}  {:<{}}  {:<{}}  {:<{}}  {:>5}  {:>5}  {:>7.1f}  {}\n", device.index, device.name, name,
-               device.platform, platform, device.type, type, device.compute_units, device.vector_width,
-               static_cast<double>(device.global_memory) / (1u << 30), device.version);
+  return failed;
+}
+
+/// Asks all devices, each in a process of its own: a driver that hangs or crashes is in the list like any other.
+Json survey() {
+  Json devices = Json::array();
+  for (std::size_t i = 0; i == 0 || i < devices.size(); ++i) {
+    const auto line = [](const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n'; };
+    const ChildOutcome outcome = in_child_process(patience, [&](const auto& tell) {
+      Json all = Json::array();
+      for (const DeviceInfo& device : list_devices()) all.push_back(json_of(device));
+      tell(line(all));
+      if (i < all.size()) tell(line(failures_of(std::to_string(i))));
+    });
+    const std::size_t end = outcome.told.find('\n');
+    if (end == std::string::npos)
+      throw Error(ErrorKind::device, "a driver fails when it is asked for its devices: " + outcome.trouble +
+                                         "; name the others alone in OCL_ICD_VENDORS");
+    if (i == 0) devices = Json::parse(outcome.told.substr(0, end));
+    if (devices.empty()) break;
+    const std::string answer = outcome.told.substr(end + 1);
+    const Json failed =
+        answer.ends_with('\n') ? Json::parse(answer) : Json{{{"check", "run"}, {"found", outcome.trouble}}};
+    devices[i]["self_test"] = {{"passed", failed.empty()}, {"failed", failed}};
+  }
+  return devices;
+}
+
+void print_list(const Json& devices) {
+  const auto text = [](const Json& device, const char* key) { return device[key].get<std::string>(); };
+  const auto size = [](const Json& device, const char* key, int shift) {
+    return static_cast<double>(device[key].get<std::uint64_t>()) / static_cast<double>(1U << shift);
+  };
+  for (const Json& d : devices) {
+    fmt::print("{:>2}  {} ({}), {}\n", d["index"].get<int>(), text(d, "name"), text(d, "platform"), text(d, "type"));
+    fmt::print("    {}, driver {}\n", text(d, "version"), text(d, "driver"));
+    fmt::print("    {} compute units, {} lanes, work-groups of up to {}\n", d["compute_units"].get<std::uint64_t>(),
+               d["vector_width"].get<std::uint64_t>(), d["max_work_group"].get<std::uint64_t>());
+    fmt::print("    {:.1f} GiB of memory, {:.1f} GiB in one buffer, {:.0f} KiB in a work-group\n",
+               size(d, "global_memory", 30), size(d, "max_allocation", 30), size(d, "local_memory", 10));
+    fmt::print("    self-test {}\n", d["self_test"]["passed"].get<bool>() ? "passed" : "failed");
+    for (const Json& f : d["self_test"]["failed"]) fmt::print("      {}: {}\n", text(f, "check"), text(f, "found"));
   }
 }
 
 }  // namespace
 
 void add_devices(CLI::App& app, Run& run) {
-  CLI::App* command = app.add_subcommand("devices", "list OpenCL devices; the number is what --device takes");
+  CLI::App* command =
+      app.add_subcommand("devices", "list OpenCL devices and test each; the number is what --device takes");
   const auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "as JSON");
   command->callback([&run, json] {
     run = [json] {
-      const std::vector<DeviceInfo> devices = list_devices();
-      if (*json) print_json(devices);
-      if (devices.empty()) {
-        throw Error(ErrorKind::device, "there is no OpenCL device; install a driver, such as PoCL for CPUs");
-      }
-      if (!*json) print_table(devices);
+      const Json devices = survey();
+      if (*json) fmt::print("{}\n", devices.dump(2));
+      if (devices.empty()) throw Error(ErrorKind::device, no_device);
+      if (!*json) print_list(devices);
       return 0;
     };
   });

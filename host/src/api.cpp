@@ -58,10 +58,10 @@ struct NotPlanned {
   std::string message;
 };
 
-parian_status status_of(const Error& e) {
-  if (e.kind() == ErrorKind::usage) return PARIAN_INVALID_ARGUMENT;
-  if (e.kind() == ErrorKind::input) return PARIAN_INVALID_SCENE;
-  switch (e.code()) {
+parian_status status_of(ErrorKind kind, int code) {
+  if (kind == ErrorKind::usage) return PARIAN_INVALID_ARGUMENT;
+  if (kind == ErrorKind::input) return PARIAN_INVALID_SCENE;
+  switch (code) {
     case CL_MEM_OBJECT_ALLOCATION_FAILURE:
     case CL_OUT_OF_HOST_MEMORY:
     case CL_INVALID_BUFFER_SIZE:
@@ -76,14 +76,19 @@ parian_status status_of(const Error& e) {
   }
 }
 
-parian_status failed(parian_status status, const std::string& message, cl_int code = CL_SUCCESS) noexcept {
+/// Notes what `message()` says.
+template <class F>
+parian_status failed(parian_status status, cl_int code, F&& message) noexcept {
+  last_failure.code = code;
   try {
-    last_failure = {message, code};
+    last_failure.message = message();
   } catch (...) {  // no memory for the text
     last_failure.message.clear();
-    last_failure.code = code;
   }
   return status;
+}
+parian_status failed(parian_status status, const char* message) noexcept {
+  return failed(status, CL_SUCCESS, [&] { return message; });
 }
 
 /// Runs `f`; every exception ends here.
@@ -93,23 +98,25 @@ parian_status caught(F&& f) noexcept {
     f();
     return PARIAN_SUCCESS;
   } catch (const Error& e) {
-    return failed(status_of(e), e.what(), e.code());
+    return failed(status_of(e.kind(), e.code()), e.code(), [&] { return e.what(); });
   } catch (const cl::Error& e) {
-    return failed(status_of(Error(ErrorKind::device, "", e.err())), parian::describe_cl_error(e), e.err());
+    return failed(status_of(ErrorKind::device, e.err()), e.err(), [&] { return parian::describe_cl_error(e); });
   } catch (const NotPlanned& e) {
-    return failed(PARIAN_NOT_PLANNED, e.message);
+    return failed(PARIAN_NOT_PLANNED, e.message.c_str());
   } catch (const parian::Cancelled&) {
     return failed(PARIAN_CANCELLED, "cancelled by the caller's callback; call parian_plan to start anew");
   } catch (const std::bad_alloc&) {
     return failed(PARIAN_OUT_OF_MEMORY, "the host is out of memory; render a smaller scene");
   } catch (const std::exception& e) {
-    return failed(PARIAN_INTERNAL, fmt::format("a defect of Parian: {}; please report it", e.what()));
+    return failed(PARIAN_INTERNAL, CL_SUCCESS,
+                  [&] { return fmt::format("a defect of Parian: {}; please report it", e.what()); });
   } catch (...) {
     return failed(PARIAN_INTERNAL, "a defect of Parian; please report it");
   }
 }
 
-void undo_plan(parian_renderer& r) {
+/// What has been enqueued goes on: the next plan and the release wait for it.
+void undo_plan(parian_renderer& r) noexcept {
   r.planned.reset();
   r.compute->release_all();
 }
@@ -128,13 +135,7 @@ parian_status with(const parian_renderer* renderer, F&& f) noexcept {
     f(r);
   });
   r.lost = r.lost || status == PARIAN_DEVICE_LOST;
-  if (status >= PARIAN_DEVICE_FAILED && status != PARIAN_NOT_PLANNED && status != PARIAN_BUSY)
-    static_cast<void>([&]() noexcept {
-      try {
-        undo_plan(r);
-      } catch (...) {  // the failure that is reported came first
-      }
-    }());
+  if (status >= PARIAN_DEVICE_FAILED && status != PARIAN_NOT_PLANNED) undo_plan(r);
   r.compute->leave();
   r.busy.clear();
   return status;
@@ -183,14 +184,20 @@ T one_of(int value, const char* what) {
 cl::Buffer buffer_of(const parian_renderer& r, cl_mem handle, const char* what) {
   cl::Buffer b(handle, true);
   if (b.getInfo<CL_MEM_TYPE>() != CL_MEM_OBJECT_BUFFER) refuse(fmt::format("{}: it is no buffer; give one", what));
-  if (b.getInfo<CL_MEM_CONTEXT>()() != r.compute->context()())
+  if (parian::handle_of<cl_context>(clGetMemObjectInfo, handle, CL_MEM_CONTEXT) != r.compute->context()())
     refuse(fmt::format("{}: it is of another context than the renderer; create it in that one", what));
   return b;
 }
 
-void require_bytes(const cl::Buffer& b, std::size_t needed, const char* what) {
+/// The buffer holds `count` pieces of `bytes`, `stride` bytes apart. In double: nothing overflows, and what a buffer
+/// may hold is exact.
+void require_bytes(const cl::Buffer& b, std::size_t offset, std::size_t count, std::size_t stride, std::size_t bytes,
+                   const char* what) {
   const std::size_t size = b.getInfo<CL_MEM_SIZE>();
-  if (size < needed) refuse(fmt::format("{}: it has {} bytes and needs {}; make it larger", what, size, needed));
+  const double needed = static_cast<double>(offset) + static_cast<double>(count - 1) * static_cast<double>(stride) +
+                        static_cast<double>(bytes);
+  if (static_cast<double>(size) < needed)
+    refuse(fmt::format("{}: it has {} bytes and needs {:.0f}; make it larger", what, size, needed));
 }
 
 /// `bytes` in words of four.
@@ -262,9 +269,9 @@ void set_device_mesh(parian_renderer& r, const parian_mesh& m) {
                           words(m.position_stride ? m.position_stride : 12, "position_stride"),
                           words(m.index_offset, "index_offset")};
   if (mesh.position_stride < 3) refuse("position_stride: it is below the 12 bytes of a position");
-  require_bytes(mesh.positions, m.position_offset + (m.n_positions - std::size_t{1}) * mesh.position_stride * 4 + 12,
+  require_bytes(mesh.positions, m.position_offset, m.n_positions, std::size_t{4} * mesh.position_stride, 12,
                 "position_buffer");
-  require_bytes(mesh.indices, m.index_offset + std::size_t{12} * m.n_triangles, "index_buffer");
+  require_bytes(mesh.indices, m.index_offset, m.n_triangles, 12, 12, "index_buffer");
   r.scene.mesh = {};
   r.scene.on_device = {m.n_positions, m.n_triangles, vec3(m.centre), m.radius};
   r.device_mesh = std::move(mesh);
@@ -315,12 +322,23 @@ void require_complete(const parian_renderer& r) {
   if (!r.has_material) missing("material", "parian_set_material");
   if (!r.has_lights) missing("lights", "parian_set_lights");
   if (!r.has_cameras) missing("cameras", "parian_set_cameras");
+  if (r.scene.mesh.triangles.empty() && !r.scene.on_device)
+    throw NotPlanned{"mesh: it was for one plan; call parian_set_mesh again"};
+}
+
+void require_plan(const parian_renderer& r) {
+  if (!r.planned) throw NotPlanned{"something changed that needs a new plan; call parian_plan first, which waits"};
+}
+
+void require_frame(const parian_renderer& r) {
+  require_plan(r);
+  if (r.planned->frames() == 0) throw NotPlanned{"no frame has been summed yet; call parian_frame first"};
 }
 
 /// The plan, with commands going to `queue` after `wait`.
 parian::Renderer& planned(parian_renderer& r, cl_command_queue queue, cl_uint n_wait = 0,
                           const cl_event* wait = nullptr) {
-  if (!r.planned) throw NotPlanned{"something changed that needs a new plan; call parian_plan first, which waits"};
+  require_plan(r);
   if ((n_wait > 0) != (wait != nullptr)) refuse("wait list: its length and its pointer disagree");
   std::vector<cl::Event> events;
   for (cl_uint i = 0; i < n_wait; ++i) {
@@ -387,7 +405,8 @@ parian_status parian_create(const parian_create_info* given, parian_renderer** r
 
 void parian_release(parian_renderer* renderer) {
   if (!renderer) return;
-  static_cast<void>(caught([&] { undo_plan(*renderer); }));
+  undo_plan(*renderer);
+  renderer->compute->drain();
   delete renderer;
 }
 
@@ -497,10 +516,10 @@ parian_status parian_set_cameras(parian_renderer* renderer, size_t n, const pari
     }
     parian::check_cameras(all, {width, height});
     if (r.planned && r.settings.still) undo_plan(r);
-    if (r.planned) r.planned->set_cameras(all, {width, height});
     r.scene.cameras = std::move(all);
     r.scene.film = {width, height};
     r.has_cameras = true;
+    if (r.planned) r.planned->set_cameras(r.scene.cameras, r.scene.film);
   });
 }
 
@@ -532,17 +551,16 @@ parian_status parian_set_scratch(parian_renderer* renderer, cl_mem scratch) {
     cl::Buffer buffer;
     if (scratch) buffer = buffer_of(r, scratch, "scratch");
     undo_plan(r);
-    r.compute->take_scratch(buffer);
+    r.compute->take_scratch(std::move(buffer));
   });
 }
 
 parian_status parian_plan(parian_renderer* renderer, cl_command_queue queue) {
   return with(renderer, [&](parian_renderer& r) {
     require_complete(r);
-    if (r.scene.mesh.triangles.empty() && !r.scene.on_device)
-      throw NotPlanned{"mesh: it was for one plan; call parian_set_mesh again"};
-    undo_plan(r);
     r.compute->use(queue, {});
+    undo_plan(r);
+    r.compute->drain();  // before memory is taken anew
     parian::Scene scene;
     if (r.for_one_plan && !r.device_mesh) {
       scene.mesh = std::move(r.scene.mesh);
@@ -579,19 +597,19 @@ parian_status parian_gather(parian_renderer* renderer, cl_command_queue queue, s
     const std::size_t pitch = given.row_pitch ? given.row_pitch : row;
     if (given.offset % 16 || pitch % 16) refuse("image: offset and row_pitch must be multiples of 16 bytes");
     if (pitch < row) refuse(fmt::format("image: row_pitch is {} bytes and needs {}", pitch, row));
-    require_bytes(target.buffer, given.offset + (r.scene.film.y - std::size_t{1}) * pitch + row, "image");
-    if (given.offset / 16 > 0xffffffffU || pitch / 16 * r.scene.film.y > 0xffffffffU)
+    require_bytes(target.buffer, given.offset, r.scene.film.y, pitch, row, "image");
+    if (given.offset / 16 > 0xffffffffU || pitch / 16 > 0xffffffffU / r.scene.film.y)
       refuse("image: more than 2^32 pixels; give less");
     if (target.buffer.getInfo<CL_MEM_FLAGS>() & CL_MEM_READ_ONLY) refuse("image: kernels may not write its buffer");
     if (given.positions > 64) refuse(fmt::format("image: {} subpixel positions; give 1 to 64", given.positions));
-    if (!std::isfinite(given.exposure)) refuse("image: exposure is not finite; give stops");
+    if (!(std::abs(given.exposure) <= 100.0F))
+      refuse(fmt::format("image: exposure is {}; give -100 to 100 stops", given.exposure));
     target.first = static_cast<cl_uint>(given.offset / 16);
     target.pitch = static_cast<cl_uint>(pitch / 16);
     target.positions = given.positions ? given.positions : 64;
     target.gain = std::exp2(given.exposure);
-    parian::Renderer& renders = planned(r, queue, n_wait, wait);
-    if (renders.frames() == 0) throw NotPlanned{"no frame has been summed yet; call parian_frame first"};
-    renders.gather_into(camera, target);
+    require_frame(r);
+    planned(r, queue, n_wait, wait).gather_into(camera, target);
     submit(r, event);
   });
 }
@@ -605,9 +623,8 @@ parian_status parian_estimate_due(const parian_renderer* renderer, uint32_t* due
 
 parian_status parian_estimate(parian_renderer* renderer, cl_command_queue queue, double* relmse) {
   return with(renderer, [&](parian_renderer& r) {
-    parian::Renderer& renders = planned(r, queue);
-    if (renders.frames() == 0) throw NotPlanned{"no frame has been summed yet; call parian_frame first"};
-    const double estimated = renders.estimate();
+    require_frame(r);
+    const double estimated = planned(r, queue).estimate();
     if (relmse) *relmse = estimated;
   });
 }
@@ -617,9 +634,8 @@ parian_status parian_read(parian_renderer* renderer, cl_command_queue queue, siz
   return with(renderer, [&](parian_renderer& r) {
     require_camera(r, camera);
     if (!rgba) refuse("rgba: it is NULL; give room for four floats a pixel");
-    parian::Renderer& renders = planned(r, queue);
-    if (renders.frames() == 0) throw NotPlanned{"no frame has been summed yet; call parian_frame first"};
-    const parian::Image image = renders.image(camera);
+    require_frame(r);
+    const parian::Image image = planned(r, queue).image(camera);
     std::copy(image.rgba.begin(), image.rgba.end(), rgba);
     if (relmse) *relmse = image.estimated_relmse;
   });

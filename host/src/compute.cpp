@@ -2,6 +2,7 @@
 #include "compute.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cctype>
 
 namespace parian {
@@ -25,13 +26,16 @@ DeviceInfo describe(const cl::Platform& platform, const cl::Device& device) {
   info.driver = trimmed(device.getInfo<CL_DRIVER_VERSION>());
   info.version = trimmed(device.getInfo<CL_DEVICE_VERSION>());
   const cl_device_type type = device.getInfo<CL_DEVICE_TYPE>();
-  info.type = type & CL_DEVICE_TYPE_GPU ? "GPU" : type & CL_DEVICE_TYPE_CPU ? "CPU" : "accelerator";
+  // What claims to be everything at once simulates it.
+  info.type = type & CL_DEVICE_TYPE_CPU ? "CPU" : type & CL_DEVICE_TYPE_GPU ? "GPU" : "accelerator";
   info.compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
   // CPU drivers report preferred widths that fit flat kernels; loops over samples want eight lanes everywhere.
   const bool cpu = info.type == "CPU" || lower(info.name).find("llvmpipe") != std::string::npos;
   info.vector_width = cpu ? 16 : 1;
   info.global_memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
   info.max_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
+  info.local_memory = device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>();
+  info.max_work_group = device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
   return info;
 }
 
@@ -62,9 +66,7 @@ std::vector<std::pair<DeviceInfo, cl::Device>> all_devices() {
 
 std::pair<DeviceInfo, cl::Device> pick(const std::string& selector) {
   const auto devices = all_devices();
-  if (devices.empty())
-    throw Error(ErrorKind::device,
-                "no OpenCL device; install a driver, or pocl-opencl-icd to run on the CPU, and see 'parian devices'");
+  if (devices.empty()) throw Error(ErrorKind::device, no_device);
   const bool index = !selector.empty() &&
                      std::all_of(selector.begin(), selector.end(), [](unsigned char c) { return std::isdigit(c); });
   std::vector<std::pair<DeviceInfo, cl::Device>> fitting;
@@ -129,8 +131,8 @@ Compute::Compute(cl_context context, cl_device_id device) {
     if (std::none_of(devices.begin(), devices.end(), [&](const cl::Device& d) { return d() == device; }))
       throw Error(ErrorKind::usage, "device: '" + info_.name + "' isn't a device of the context; give one that is");
   } catch (const cl::Error& e) {
-    throw Error(ErrorKind::usage, "context or device: OpenCL doesn't know them (" + describe_cl_error(e) + ")",
-                e.err());
+    const bool unknown = e.err() == CL_INVALID_CONTEXT || e.err() == CL_INVALID_DEVICE;
+    throw Error(unknown ? ErrorKind::usage : ErrorKind::device, "context or device: " + describe_cl_error(e), e.err());
   }
 }
 
@@ -138,20 +140,20 @@ void Compute::use(cl_command_queue queue, std::vector<cl::Event> wait) {
   with_device_errors(info_, [&] {
     if (queue) {
       queue_ = cl::CommandQueue(queue, true);
-      if (queue_.getInfo<CL_QUEUE_CONTEXT>()() != context_())
+      if (handle_of<cl_context>(clGetCommandQueueInfo, queue, CL_QUEUE_CONTEXT) != context_())
         throw Error(ErrorKind::usage, "queue: it is of another context than the renderer; create it in that one");
-      if (queue_.getInfo<CL_QUEUE_DEVICE>()() != device_())
+      if (handle_of<cl_device_id>(clGetCommandQueueInfo, queue, CL_QUEUE_DEVICE) != device_())
         throw Error(ErrorKind::usage, "queue: it is of another device than the renderer's '" + info_.name + "'");
     } else {
       if (!own_queue_()) own_queue_ = cl::CommandQueue(context_, device_, CL_QUEUE_PROFILING_ENABLE);
-      queue_ = own_queue_;
+      queue_ = cl::CommandQueue(own_queue_);
     }
     for (const cl::Event& event : wait)
-      if (event.getInfo<CL_EVENT_CONTEXT>()() != context_())
+      if (handle_of<cl_context>(clGetEventInfo, event(), CL_EVENT_CONTEXT) != context_())
         throw Error(ErrorKind::usage, "wait list: an event is of another context than the renderer");
     profiling_ = (queue_.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_PROFILING_ENABLE) != 0;
-    after_.insert(after_.end(), std::make_move_iterator(wait.begin()), std::make_move_iterator(wait.end()));
     book(false);
+    after_.insert(after_.end(), std::make_move_iterator(wait.begin()), std::make_move_iterator(wait.end()));
   });
 }
 
@@ -162,7 +164,7 @@ cl::Event Compute::submit() {
   return after_.front();
 }
 
-void Compute::take_scratch(const cl::Buffer& scratch) { scratch_ = scratch; }
+void Compute::take_scratch(cl::Buffer scratch) { scratch_ = std::move(scratch); }
 
 void Compute::build(const std::string& options, const std::string& program) {
   if (options == built_ && program == built_from_) return;
@@ -217,15 +219,15 @@ void Compute::release(cl::Buffer& b) {
   b = cl::Buffer();
 }
 
-void Compute::release_all() {
-  if (!after_.empty()) {
-    try {
-      cl::Event::waitForEvents(after_);
-    } catch (const cl::Error&) {
-      // Whatever failed has been said, or will be by the next command.
-    }
+void Compute::drain() noexcept {
+  try {
+    if (!after_.empty()) cl::Event::waitForEvents(after_);
+  } catch (const cl::Error&) {  // their owner has been told, or has failed them
   }
   after_.clear();
+}
+
+void Compute::release_all() noexcept {
   running_.clear();
   parts_.clear();
   limits_.clear();
@@ -272,16 +274,20 @@ cl::Kernel& Compute::kernel(const char* name) {
   return it->second;
 }
 
+std::size_t Compute::group_size(const cl::Kernel& kernel) const {
+  return std::bit_floor(std::min(most_in_group_, kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_)));
+}
+
 void Compute::enqueue(const char* name, const cl::Kernel& kernel, std::size_t items, Stage stage) {
   if (cancelled_ && cancelled_()) throw Cancelled();
-  const std::size_t global = (items + local_size - 1) / local_size * local_size;
+  const std::size_t group = group_size(kernel), global = (items + group - 1) / group * group;
   const auto limit = limits_.find(name);
-  const std::size_t piece = limit == limits_.end() ? global : limit->second / local_size * local_size;
+  const std::size_t piece = limit == limits_.end() ? global : std::max<std::size_t>(limit->second / group, 1) * group;
   for (std::size_t first = 0; first < global; first += piece) {
     const std::size_t n = std::min(piece, global - first);
     cl::Event done = chain([&](const auto* after, cl::Event* event) {
       queue_.enqueueNDRangeKernel(kernel, first ? cl::NDRange(first) : cl::NullRange, cl::NDRange(n),
-                                  cl::NDRange(local_size), after, event);
+                                  cl::NDRange(group), after, event);
     });
     if (profiling_) running_.push_back({std::move(done), stage, name, std::min(n, items - first)});
   }

@@ -17,13 +17,20 @@
 
 namespace parian {
 
+/// The handle that an OpenCL object says is its own, as `get` tells; not retained.
+template <class T, class Get, class Object>
+[[nodiscard]] T handle_of(Get get, Object object, cl_uint what) {
+  T handle{};
+  const cl_int code = get(object, what, sizeof handle, &handle, nullptr);
+  if (code != CL_SUCCESS) throw cl::Error(code, "asking an OpenCL object for another");
+  return handle;
+}
+
 /// Thrown between commands when the caller's callback wants no more.
 struct Cancelled {};
 
 class Compute {
  public:
-  static constexpr std::size_t local_size = 64;  ///< of every launch: drivers compile each size anew
-
   /// Opens the device that `selector` means, as Renderer describes it.
   explicit Compute(const std::string& selector);
   /// The caller's context, which is retained, and a device of it.
@@ -35,12 +42,17 @@ class Compute {
   void use(cl_command_queue queue, std::vector<cl::Event> wait);
   /// Flushes the queue; then the event that completes when everything enqueued has.
   [[nodiscard]] cl::Event submit();
-  /// Lets go of the queue.
-  void leave() { queue_ = own_queue_; }
+  /// Lets go of the caller's queue.
+  void leave() noexcept {
+    cl::CommandQueue gone;  // assignment may throw what a release says
+    std::swap(gone(), queue_());
+  }
+  /// Waits for everything that has been enqueued, whatever becomes of it.
+  void drain() noexcept;
   /// Asked before each launch; true throws Cancelled.
   void ask(std::function<bool()> cancelled) { cancelled_ = std::move(cancelled); }
-  /// From now on, buffers are parts of this one; none may be in use.
-  void take_scratch(const cl::Buffer& scratch);
+  /// From now on, buffers are parts of this one.
+  void take_scratch(cl::Buffer scratch);
 
   /// Compiles `program`, which only tests change, with `options`, unless it's there. Throws Error(device) with the
   /// compiler's first error.
@@ -82,8 +94,8 @@ class Compute {
   void copy(const cl::Buffer& from, const cl::Buffer& to, std::size_t words, std::size_t from_word = 0);
   /// Gives a buffer back before its owner ends.
   void release(cl::Buffer& b);
-  /// The owner of all buffers ends: waits for what uses them, and counts anew.
-  void release_all();
+  /// The owner of all buffers has ended: counts anew. Commands that use them may still be running.
+  void release_all() noexcept;
 
   /// Enqueues `items` work-items of a kernel, padded to whole work-groups; nothing when there are none.
   template <class... Args>
@@ -95,14 +107,22 @@ class Compute {
     enqueue(name, kernel, items, stage);
   }
   /// Launches of a kernel are cut into pieces of so many work-items: short ones, so that no watchdog fires.
-  void limit(const std::string& kernel, std::size_t items) { limits_[kernel] = std::max(items, local_size); }
+  void limit(const std::string& kernel, std::size_t items) { limits_[kernel] = items; }
+  /// Work-items that a kernel's groups have: a power of two, no more than the device can keep together.
+  [[nodiscard]] std::size_t group_size(const char* name) { return group_size(kernel(name)); }
+  /// What groups have at most, from the next launch on: few sizes, since drivers compile each anew. For tests.
+  void limit_groups(std::size_t items) { most_in_group_ = items; }
   /// Waits for everything, and books kernel times.
   void finish();
 
   [[nodiscard]] const DeviceInfo& info() const { return info_; }
   [[nodiscard]] const cl::Context& context() const { return context_; }
   [[nodiscard]] const cl::Device& device() const { return device_; }
-  [[nodiscard]] const std::map<Stage, double>& kernel_seconds() const { return seconds_; }
+  /// Of what has come to its end.
+  [[nodiscard]] const std::map<Stage, double>& kernel_seconds() {
+    book(false);
+    return seconds_;
+  }
   [[nodiscard]] const KernelTable& kernel_table() const { return table_; }
   [[nodiscard]] std::uint64_t bytes_peak() const { return peak_; }
 
@@ -111,6 +131,7 @@ class Compute {
   cl::Buffer allocate(std::size_t bytes);
   cl::Buffer part_of_scratch(std::size_t bytes);
   cl::Kernel& kernel(const char* name);
+  [[nodiscard]] std::size_t group_size(const cl::Kernel& kernel) const;
   void transfer(const cl::Buffer& b, bool to_device, std::size_t offset, std::size_t bytes, void* host);
   void assign_patterns(const cl::Buffer& b, const std::vector<Pattern>& patterns);
   void enqueue(const char* name, const cl::Kernel& kernel, std::size_t items, Stage stage);
@@ -119,7 +140,8 @@ class Compute {
   cl::Event chain(F&& command) {
     cl::Event event;
     command(after_.empty() ? nullptr : &after_, &event);
-    after_.assign(1, event);
+    after_.clear();
+    after_.push_back(event);
     return event;
   }
   void book(bool all);
@@ -151,6 +173,7 @@ class Compute {
   std::deque<Running> running_;
   std::map<Stage, double> seconds_;
   KernelTable table_;
+  std::size_t most_in_group_ = 64;
   std::uint64_t bytes_ = 0, peak_ = 0;
 };
 

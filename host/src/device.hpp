@@ -11,9 +11,15 @@ struct DeviceInfo {
   std::uint32_t index = 0;  ///< what --device N takes
   std::string name, platform, vendor, driver, version, type;
   std::uint32_t compute_units = 0;
-  std::uint32_t vector_width = 0;                       ///< lanes Parian uses: 8 on CPUs, 1 on GPUs
-  std::uint64_t global_memory = 0, max_allocation = 0;  ///< bytes
+  std::uint32_t vector_width = 0;                                         ///< lanes Parian uses: 16 on CPUs, 1 on GPUs
+  std::uint64_t global_memory = 0, max_allocation = 0, local_memory = 0;  ///< bytes
+  std::uint64_t max_work_group = 0;
 };
+
+/// What to tell a user whose machine has no OpenCL device.
+inline constexpr const char* no_device =
+    "there is no OpenCL device; install your GPU's driver, or PoCL to run on the CPU (Debian and Ubuntu: "
+    "apt install pocl-opencl-icd)";
 
 /// All devices of all platforms, in the order that the ICD loader gives them; empty when there is none.
 [[nodiscard]] std::vector<DeviceInfo> list_devices();

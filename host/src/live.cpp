@@ -7,6 +7,7 @@
 namespace parian {
 namespace {
 
+constexpr double largest_ratio = 1e30;   // of light to what was summed: what is small in float32 has few digits
 constexpr double longest_launch = 0.05;  // seconds, of launches that a frame is cut into
 
 /// Lights that take part, of those given.
@@ -104,7 +105,8 @@ bool Renderer::set_lights(const std::vector<DirectionalLight>& lights) {
       const double before = planned.irradiance[c], after = now[l].irradiance[c];
       if (before == 0.0 && after == 0.0) continue;
       const double r = before > 0.0 ? after / before : -1.0;
-      same_colour = same_colour && r >= 0.0 && (ratio[c] < 0.0 || std::abs(r - ratio[c]) <= 1e-12 * ratio[c]);
+      same_colour = same_colour && r >= 0.0 && r <= largest_ratio &&
+                    (ratio[c] < 0.0 || std::abs(r - ratio[c]) <= 1e-12 * ratio[c]);
       ratio[c] = r;
     }
   }

@@ -199,8 +199,7 @@ kernels::ExactMedium exact_medium(const ChannelConstants& channel, Model model, 
   switch (model) {
     case Model::directional:
       m.z_v = channel.z_v;
-      m.fluence = 3 * channel.C_phi;
-      m.scale = channel.alpha_prime > 0 ? square * per_exitance : 0;
+      m.scale = channel.alpha_prime > 0 ? square * per_exitance * channel.C_E : 0;
       break;
     case Model::standard: {
       const double F = diffuse_reflectance_fit(channel.eta);
@@ -226,11 +225,15 @@ kernels::Medium device_medium(const ChannelConstants& channel, Model model, doub
   return {f(m.sigma_t_prime), f(m.sigma_tr), f(m.d_e), f(m.z_v), f(m.a_back), f(m.fluence), f(m.C_E), f(m.scale)};
 }
 
-kernels::ExactBoundary exact_boundary(double eta) { return {eta * eta, (eta - 1) * (eta + 1), 0, 0}; }
+kernels::ExactBoundary exact_boundary(double eta) {
+  const FresnelMoments inside = fresnel_moments(eta);
+  return {eta * eta, (eta - 1) * (eta + 1), 1 / eta, 3 * inside.C_phi / inside.C_E};
+}
 
 kernels::Boundary boundary(double eta) {
   const kernels::ExactBoundary b = exact_boundary(eta);
-  return {static_cast<float>(b.eta_sq), static_cast<float>(b.eta_sq_minus_1), 0, 0};
+  return {static_cast<float>(b.eta_sq), static_cast<float>(b.eta_sq_minus_1), static_cast<float>(b.inverse_eta),
+          static_cast<float>(b.fluence)};
 }
 
 const std::vector<MeasuredMaterial>& measured_materials() {
@@ -252,7 +255,8 @@ Material find_material(const std::string& name) {
                                             name, others[0].second, others[1].second, others[2].second));
 }
 
-double exact_bssrdf(Model model, const kernels::ExactMedium& medium, const kernels::DipoleGeometry& geometry) {
+double exact_bssrdf(Model model, const kernels::ExactMedium& medium, const kernels::ExactBoundary& boundary,
+                    const kernels::DipoleGeometry& geometry) {
   switch (model) {
     case Model::standard:
       return kernels::standard_dipole(medium, geometry);
@@ -261,7 +265,7 @@ double exact_bssrdf(Model model, const kernels::ExactMedium& medium, const kerne
     case Model::directional:
       break;
   }
-  return kernels::directional_dipole(medium, geometry);
+  return kernels::directional_dipole(medium, boundary, geometry);
 }
 
 }  // namespace parian

@@ -45,7 +45,7 @@ void validate(const Material& material, const std::string& place);
 [[nodiscard]] kernels::ExactBoundary exact_boundary(double eta);
 /// bssrdf.h's S_d of a model in double, without Fresnel factors, in the inverse square of the unit of the geometry.
 [[nodiscard]] double exact_bssrdf(Model model, const kernels::ExactMedium& medium,
-                                  const kernels::DipoleGeometry& geometry);
+                                  const kernels::ExactBoundary& boundary, const kernels::DipoleGeometry& geometry);
 [[nodiscard]] kernels::Boundary boundary(double eta);
 
 /// A row of the table of measured materials that Parian ships.

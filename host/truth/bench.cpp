@@ -226,10 +226,11 @@ class Accounts {
     const double radius = settings_.estimator == Estimator::radial ? costs::exponential_radius
                           : settings_.estimator == Estimator::disc ? costs::disc_radius
                                                                    : costs::density_radius;
+    const double shared = settings_.model == Model::directional ? costs::directional_pair : 0;
     const double channel = settings_.model == Model::directional ? costs::directional_dipole
                            : settings_.model == Model::standard  ? costs::standard_dipole
                                                                  : costs::better_dipole;
-    return costs::sample + radius + plan_.channels() * (channel + costs::sum_of_channel);
+    return costs::sample + radius + shared + plan_.channels() * (channel + costs::sum_of_channel);
   }
 
   const Plan& plan_;

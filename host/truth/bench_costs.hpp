@@ -14,18 +14,19 @@ struct Cost {
   double operations = 0, bytes = 0;
 };
 
-// portable.h: an exponential is 18, expm1 19. bssrdf.h, once for all channels of a pair of points; a dot is 5, a cross
-// 9, a normalize 9:
-inline constexpr double normal_part = 41;      // three crosses, one of them for parallel vectors, dot, normalize
-inline constexpr double dipole_geometry = 73;  // three crosses, five dots, sin2 7, scale 2, two products of 6; usual x
-inline constexpr double refract_into = 24;     // dot, root of 3, difference, scale 3, difference 3, normalize
-inline constexpr double transmittance = 17;    // root of 3, s and p 3, inverse 2, by_s and by_p 2, the last line 7
-inline constexpr double bend_normal = 55;      // dot, scale 3, a + b s 6, normal_part
-// For each channel:
-inline constexpr double directional_dipole = 140;  // units 4, offset 10, distances 15, virtual source 7, powers 11,
-                                                   // gradients 20, B_v 10, DB 20, S 43
-inline constexpr double standard_dipole = 58;      // distances 7, two attenuations of 19, two gradients of 4, sum 5
-inline constexpr double better_dipole = 110;       // distances 14, flux 48, fluence 44, sum 4
+// portable.h: an exponential is 20, expm1 21; an inverse root is one, though with several lanes it is made of twelve.
+// bssrdf.h, once for all channels of a pair of points; a dot is 5, a cross 9, a normalize 9:
+inline constexpr double normal_part = 41;       // three crosses, one of them for parallel vectors, dot, normalize
+inline constexpr double dipole_geometry = 73;   // three crosses, six dots, root, scale 2, two products of 6, limit
+inline constexpr double refract_into = 29;      // dot, root of 3, difference, scale 3, difference 3, dot 6, scale 8
+inline constexpr double transmittance = 17;     // root of 3, s and p 3, inverse 2, by_s and by_p 2, the last line 7
+inline constexpr double bend_normal = 55;       // dot, scale 3, a + b s 6, normal_part
+inline constexpr double directional_pair = 13;  // what of directional_dipole doesn't depend on the medium
+// For each channel, without what only depends on the medium:
+inline constexpr double directional_dipole = 111;  // alpha and beta 8, r2 1, offset 5, sources 14, gradients of u and v
+                                                   // 10, their differences 10, B_v 7, DB 9, S 47
+inline constexpr double standard_dipole = 62;      // distances 7, two attenuations of 21, two gradients of 4, sum 5
+inline constexpr double better_dipole = 118;       // distances 14, flux 52, fluence 48, sum 4
 
 // layers.cl, a pair: numbers of the sequence 3, turn 26, place on the map 8, texel 6, offsets 6, height 4, normal 7, x
 // 3, flux 1. What is the same for all samples of a point isn't counted.

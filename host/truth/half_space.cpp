@@ -105,11 +105,12 @@ void check_parameters(const HalfSpace& m, double cos_outside, std::uint64_t phot
 }
 
 /// The plane integral's integrand: S_d at a point of exit, the light's plane being y = 0.
-double plane_S(const kernels::ExactMedium& medium, Model model, kernels::real3 w12, double r, double phi) {
+double plane_S(const kernels::ExactMedium& medium, const kernels::ExactBoundary& boundary, Model model,
+               kernels::real3 w12, double r, double phi) {
   const kernels::real3 normal{0, 0, 1};
   const kernels::DipoleGeometry g =
       kernels::dipole_geometry({r * std::cos(phi), r * std::sin(phi), 0}, w12, normal, normal);
-  return exact_bssrdf(model, medium, g);
+  return exact_bssrdf(model, medium, boundary, g);
 }
 
 }  // namespace
@@ -161,7 +162,8 @@ double dipole_albedo(const ChannelConstants& channel, Model model, double cos_ou
   constexpr double step = 1.0 / 16;
   const double reach = 1e11, smallest = 1e-8;
   const kernels::ExactMedium medium = exact_medium(channel, model, 1 / channel.sigma_t_prime);
-  const kernels::ExactBoundary boundary = exact_boundary(channel.eta);
+  kernels::ExactBoundary boundary = exact_boundary(channel.eta);
+  boundary.fluence = 3 * channel.C_phi / channel.C_E;  // the moments given
   const double sine = std::sqrt(1 - cos_outside * cos_outside);
   const double T12 = kernels::fresnel_transmittance(cos_outside, boundary);
   if (T12 <= 0) return 0;
@@ -173,7 +175,7 @@ double dipole_albedo(const ChannelConstants& channel, Model model, double cos_ou
   for (int k = 0; k <= steps; ++k) {
     const double r = smallest * std::exp(k * step);
     double ring = 0;
-    for (int a = 0; a < angles; ++a) ring += plane_S(medium, model, w12, r, pi * (a + 0.5) / angles);
+    for (int a = 0; a < angles; ++a) ring += plane_S(medium, boundary, model, w12, r, pi * (a + 0.5) / angles);
     sum += r * r * ring;
   }
   const double integral = sum * step * 2 * pi / angles;

@@ -161,7 +161,8 @@ class Transport {
         const kernels::DipoleGeometry geometry = kernels::dipole_geometry(
             to_real3(x_o - i.x), kernels::refract_into(w_i, n_i, boundary_), n_i, to_real3(n_o));
         const double factor = T12 * cosine / entry.density;
-        for (std::size_t m = 0; m < media_.size(); ++m) sum[m] += factor * exact_bssrdf(model_, media_[m], geometry);
+        for (std::size_t m = 0; m < media_.size(); ++m)
+          sum[m] += factor * exact_bssrdf(model_, media_[m], boundary_, geometry);
       }
       radiance += light.irradiance * glm::dvec3(sum[medium_of_[0]], sum[medium_of_[1]], sum[medium_of_[2]]) /
                   double(entries_per_light_);

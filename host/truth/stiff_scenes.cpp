@@ -124,7 +124,7 @@ double plane_radiance(const ChannelConstants& channel, Model model, double cosin
     for (int k = 0; k < angles; ++k) {
       const double phi = std::numbers::pi * (k + 0.5) / angles;
       const kernels::DipoleGeometry g = kernels::dipole_geometry({r * std::cos(phi), r * std::sin(phi), 0}, w12, n, n);
-      const double S = model == Model::directional ? kernels::directional_dipole(medium, g)
+      const double S = model == Model::directional ? kernels::directional_dipole(medium, boundary, g)
                        : model == Model::standard  ? kernels::standard_dipole(medium, g)
                                                    : kernels::better_dipole(medium, g);
       sum += S * r * r;

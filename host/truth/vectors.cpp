@@ -31,7 +31,7 @@ double exact_of(const Pair& pair, const kernels::ExactMedium& medium, const kern
   const auto real = [](glm::dvec3 v) { return real3{v.x, v.y, v.z}; };
   const real3 w12 = kernels::refract_into(real(pair.w_i), real(pair.n_i), boundary);
   const kernels::DipoleGeometry g = kernels::dipole_geometry(real(pair.x), w12, real(pair.n_i), real(pair.n_o));
-  return exact_bssrdf(model, medium, g);
+  return exact_bssrdf(model, medium, boundary, g);
 }
 
 Pair pair_of(const VectorCase& c) { return {glm::dvec3(c.x_o) - glm::dvec3(c.x_i), c.w_i, c.n_i, c.n_o}; }

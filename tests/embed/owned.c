@@ -8,12 +8,12 @@
 
 #include "torus.h"
 
-#define REQUIRE(condition, what)                                \
-  do {                                                          \
-    if (!(condition)) {                                         \
+#define REQUIRE(condition, what)                                  \
+  do {                                                            \
+    if (!(condition)) {                                           \
       fprintf(stderr, "owned: %s: %s\n", what, parian_message()); \
-      return 1;                                                 \
-    }                                                           \
+      return 1;                                                   \
+    }                                                             \
   } while (0)
 #define PARIAN(call) REQUIRE((call) == PARIAN_SUCCESS, #call)
 #define OPENCL(call) REQUIRE((call) == CL_SUCCESS, #call)
@@ -21,7 +21,7 @@
 enum { WIDTH = 96, HEIGHT = 64 };
 
 static parian_camera camera_at(double x) {
-  parian_camera camera = {sizeof camera, {x, 120.0, 250.0}, {0.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, 30.0};
+  parian_camera camera = {.struct_size = sizeof camera, .eye = {x, 120.0, 250.0}, .up = {0.0, 1.0, 0.0}, .fov = 30.0};
   return camera;
 }
 
@@ -48,15 +48,15 @@ int main(void) {
   REQUIRE(device, "no OpenCL device with out-of-order queues");
   cl_context context = clCreateContext(NULL, 1, &device, NULL, NULL, &code);
   OPENCL(code);
-  cl_command_queue queue =
-      clCreateCommandQueue(context, device, CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE, &code);
+  cl_command_queue queue = clCreateCommandQueue(context, device, CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE, &code);
   OPENCL(code);
 
   static float positions[3 * TORUS_POSITIONS];
   static uint32_t indices[3 * TORUS_TRIANGLES];
   torus_positions(positions, 14.0f);
   torus_indices(indices);
-  cl_mem vertices = clCreateBuffer(context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, sizeof positions, positions, &code);
+  cl_mem vertices =
+      clCreateBuffer(context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, sizeof positions, positions, &code);
   OPENCL(code);
   cl_mem triangles = clCreateBuffer(context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, sizeof indices, indices, &code);
   OPENCL(code);
@@ -64,7 +64,7 @@ int main(void) {
   OPENCL(code);
 
   parian_renderer* renderer = NULL;
-  parian_create_info info = {sizeof info, context, device, NULL, NULL, NULL};
+  parian_create_info info = {.struct_size = sizeof info, .context = context, .device = device};
   PARIAN(parian_create(&info, &renderer));
   parian_settings settings = {.struct_size = sizeof settings};
   PARIAN(parian_default_settings(&settings));
@@ -79,9 +79,10 @@ int main(void) {
                       .index_buffer = triangles,
                       .radius = 51.0};
   PARIAN(parian_set_mesh(renderer, &mesh));
-  parian_material marble = {sizeof marble, {2.19, 2.62, 3.00}, {0.0021, 0.0041, 0.0071}, {0.0, 0.0, 0.0}, 1.5};
+  parian_material marble = {
+      .struct_size = sizeof marble, .sigma_s = {2.19, 2.62, 3.00}, .sigma_a = {0.0021, 0.0041, 0.0071}, .ior = 1.5};
   PARIAN(parian_set_material(renderer, &marble));
-  parian_light light = {sizeof light, {0.5, 0.6, -0.6}, {3.14, 3.14, 3.14}};
+  parian_light light = {.struct_size = sizeof light, .towards = {0.5, 0.6, -0.6}, .irradiance = {3.14, 3.14, 3.14}};
   PARIAN(parian_set_lights(renderer, 1, &light));
   parian_camera camera = camera_at(0.0);
   PARIAN(parian_set_cameras(renderer, 1, &camera, WIDTH, HEIGHT));

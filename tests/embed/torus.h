@@ -7,7 +7,7 @@
 enum { TORUS_SIDE = 48, TORUS_POSITIONS = TORUS_SIDE * TORUS_SIDE, TORUS_TRIANGLES = 2 * TORUS_POSITIONS };
 
 static inline void torus_positions(float* xyz, float thickness) {
-  const float turn = 6.2831853f / TORUS_SIDE;
+  const float turn = 6.2831853f / (float)TORUS_SIDE;
   for (int i = 0; i < TORUS_POSITIONS; ++i) {
     const float u = turn * (float)(i / TORUS_SIDE), v = turn * (float)(i % TORUS_SIDE);
     const float ring = 50.0f - thickness + thickness * cosf(v);

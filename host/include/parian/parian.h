@@ -29,6 +29,9 @@
 #ifndef PARIAN_PARIAN_H
 #define PARIAN_PARIAN_H
 
+#ifndef CL_TARGET_OPENCL_VERSION
+#define CL_TARGET_OPENCL_VERSION 300 /* what OpenCL's header takes by itself, but with a remark; any will do here */
+#endif
 #include <CL/cl.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -126,9 +129,9 @@ typedef enum parian_normals {
  *
  * Buffers: x, y, z as float at `position_offset` + i * `position_stride` bytes, multiples of 4; three uint of each
  * triangle at `index_offset` on, tightly packed. `centre` and `radius` are of a sphere that holds all positions at all
- * times; what leaves it is cut off from light maps and layers. Triangles with an index out of range or a coordinate
- * that isn't finite are not drawn. Normals are computed on the device: where a vertex' smooth normal is more than 40
- * degrees off the triangle's, the triangle's own. */
+ * times; what leaves it is cut off from light maps and layers. Triangles with an index out of range, or with a corner
+ * that isn't finite or lies two radii from the centre, are not drawn. Normals are computed on the device: where a
+ * vertex' smooth normal is more than 40 degrees off the triangle's, the triangle's own. */
 typedef struct parian_mesh {
   size_t struct_size;
   uint32_t n_positions;
@@ -224,7 +227,7 @@ PARIAN_API parian_status parian_restart(parian_renderer* renderer);
 /* Bytes of device memory that a plan of what is set now takes at most, from which `parian_set_scratch` may be fed. */
 PARIAN_API parian_status parian_scratch_size(parian_renderer* renderer, size_t* bytes);
 /* From the next plan on, all buffers are parts of this one, which is retained; or of Parian's own making again if it is
- * NULL. Needs a new plan. */
+ * NULL. Needs a new plan. What has been enqueued may go on using the one before until its event is complete. */
 PARIAN_API parian_status parian_set_scratch(parian_renderer* renderer, cl_mem scratch);
 
 /* --- Rendering ----------------------------------------------------------------------------------------------------*/
@@ -244,7 +247,7 @@ typedef struct parian_image {
   size_t offset;      /* bytes, a multiple of 16 */
   size_t row_pitch;   /* bytes, a multiple of 16; 0 for 16 x the film's width */
   uint32_t positions; /* subpixel positions, 1 to 64; 0 for 64. One makes edges stand out in steps */
-  float exposure;     /* stops: RGB times 2^exposure */
+  float exposure;     /* stops, -100 to 100: RGB times 2^exposure */
 } parian_image;
 
 /* Passes 3 and 4: a camera's view of what has been summed so far, from the pyramid level that suits the frames done, or

@@ -3,6 +3,8 @@
 #pragma once
 #include <parian/parian.h>
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -45,6 +47,34 @@ template <>
   s.struct_size = sizeof s;
   require(parian_default_settings(&s));
   return s;
+}
+
+using Triple = std::array<double, 3>;
+
+/// Scattering and absorption in 1/mm, index of refraction, and mean cosine of scattering.
+[[nodiscard]] inline parian_material material(const Triple& sigma_s, const Triple& sigma_a, double ior,
+                                              const Triple& g = {}) {
+  auto m = make<parian_material>();
+  std::copy(sigma_s.begin(), sigma_s.end(), m.sigma_s);
+  std::copy(sigma_a.begin(), sigma_a.end(), m.sigma_a);
+  std::copy(g.begin(), g.end(), m.g);
+  m.ior = ior;
+  return m;
+}
+[[nodiscard]] inline parian_light light(const Triple& towards, const Triple& irradiance) {
+  auto l = make<parian_light>();
+  std::copy(towards.begin(), towards.end(), l.towards);
+  std::copy(irradiance.begin(), irradiance.end(), l.irradiance);
+  return l;
+}
+[[nodiscard]] inline parian_camera camera(const Triple& eye, const Triple& target, double fov,
+                                          const Triple& up = {0, 1, 0}) {
+  auto c = make<parian_camera>();
+  std::copy(eye.begin(), eye.end(), c.eye);
+  std::copy(target.begin(), target.end(), c.target);
+  std::copy(up.begin(), up.end(), c.up);
+  c.fov = fov;
+  return c;
 }
 
 /// An OpenCL event, released when it goes out of scope.
@@ -93,6 +123,17 @@ class Renderer {
   ~Renderer() { parian_release(renderer_); }
   [[nodiscard]] parian_renderer* get() const noexcept { return renderer_; }
 
+  /// Not retained.
+  [[nodiscard]] cl_context context() const {
+    cl_context context = nullptr;
+    require(parian_get_opencl(renderer_, &context, nullptr));
+    return context;
+  }
+  [[nodiscard]] cl_device_id device_id() const {
+    cl_device_id device = nullptr;
+    require(parian_get_opencl(renderer_, nullptr, &device));
+    return device;
+  }
   [[nodiscard]] parian_device device() const {
     auto device = make<parian_device>();
     require(parian_get_device(renderer_, &device));

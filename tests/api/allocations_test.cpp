@@ -1,0 +1,67 @@
+// The n-th allocation of host memory in a renderer's whole life fails: nothing but a status leaves the library.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+
+#include "life.hpp"
+#include "opencl_watch.hpp"
+
+namespace {
+thread_local std::int64_t until_failure = -1;  // allocations of this thread's outside OpenCL; negative: none fails
+}
+
+void* operator new(std::size_t size) {
+  if (until_failure >= 0 && !parian::test::inside_opencl() && until_failure-- == 0) throw std::bad_alloc();
+  if (void* p = std::malloc(size > 0 ? size : 1)) return p;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+namespace parian::test {
+namespace {
+
+constexpr std::int64_t many = std::int64_t{1} << 40;
+
+TEST(Faults, EveryAllocation) {
+  Rgba right;
+  std::int64_t count = 0;
+  {
+    Life life(Kind::host);
+    OpenclWatch watch;
+    watch.build_once();
+    until_failure = many;
+    const parian_status status = life.live();
+    count = many - until_failure;
+    until_failure = -1;
+    CALL(status);
+    right = life.rgba;
+  }
+  expect_picture(right);
+  std::int64_t failed = 0;
+  for (std::int64_t n = 0; n < count; n += n < 100 ? 1 : 1 + n / 40, ++failed) {
+    Life life(Kind::host);
+    OpenclWatch watch;
+    watch.build_once();
+    until_failure = n;
+    const parian_status status = life.live();
+    until_failure = -1;
+    if (status == PARIAN_SUCCESS) {
+      ASSERT_EQ(life.rgba, right) << n;
+    } else {
+      ASSERT_EQ(status, PARIAN_OUT_OF_MEMORY) << n << ": " << parian_message();
+      ASSERT_EQ(parian_opencl_code(), CL_SUCCESS) << n;
+    }
+    if (n % 3 == 0) {
+      ASSERT_EQ(life.renderer ? life.render() : life.live(), PARIAN_SUCCESS) << n << ", then " << parian_message();
+      ASSERT_EQ(life.rgba, right) << n;
+    }
+    life.renderer.reset();
+    ASSERT_EQ(watch.unbalanced(), "") << n;
+  }
+  std::printf("%ld of %ld allocations failed one by one\n", static_cast<long>(failed), static_cast<long>(count));
+}
+
+}  // namespace
+}  // namespace parian::test

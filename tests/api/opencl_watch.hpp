@@ -1,0 +1,44 @@
+// Watches the OpenCL calls of this program: counts them, what they create and what they copy, and makes one of them
+// fail. opencl_watch.cpp defines the functions themselves, so that the library, linked statically, calls those.
+#pragma once
+#include <CL/cl.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace parian::test {
+
+/// From its making to its end, one at a time; while there is none, calls go through untouched.
+class OpenclWatch {
+ public:
+  OpenclWatch();
+  ~OpenclWatch();
+  OpenclWatch(const OpenclWatch&) = delete;
+  OpenclWatch& operator=(const OpenclWatch&) = delete;
+
+  /// The `n`-th call, from 0 at the watch's start, does nothing and returns `code`.
+  void fail(std::uint64_t n, cl_int code);
+  /// Programs with equal sources and options are built once: drivers take their time even with a cache.
+  void build_once();
+
+  [[nodiscard]] std::uint64_t calls() const;
+  [[nodiscard]] std::uint64_t calls(const std::string& name) const;
+  /// Names of all calls so far.
+  [[nodiscard]] const std::vector<const char*>& names() const;
+  /// The function that was made to fail, "" before.
+  [[nodiscard]] std::string failed() const;
+  /// Bytes copied by writes and fills, or into buffers at their creation; and by reads.
+  [[nodiscard]] std::uint64_t bytes_from_host() const;
+  [[nodiscard]] std::uint64_t bytes_to_host() const;
+  /// Calls that wait for the device.
+  [[nodiscard]] std::uint64_t waits() const;
+  /// Objects that were created or retained more often than released, or the reverse, as text; "" if none.
+  [[nodiscard]] std::string unbalanced() const;
+};
+
+/// Whether this thread is in an OpenCL call.
+bool inside_opencl();
+
+}  // namespace parian::test

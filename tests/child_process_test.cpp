@@ -1,0 +1,43 @@
+// Work in a process of its own: what it tells arrives, and neither a crash nor a hang reaches this one.
+#include "child_process.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <stdexcept>
+
+namespace parian {
+namespace {
+
+TEST(ChildProcess, TellsUntilItEndsHoweverItDoes) {
+  const std::string text(100'000, 'x');  // more than a pipe holds
+  ChildOutcome outcome = in_child_process(60, [&](const auto& tell) { tell(text), tell("!"); });
+  EXPECT_EQ(outcome.told, text + "!");
+  EXPECT_EQ(outcome.trouble, "");
+
+  outcome = in_child_process(60, [](const auto& tell) {
+    tell("first");
+    std::signal(SIGABRT, SIG_DFL);
+    std::abort();
+  });
+  EXPECT_EQ(outcome.told, "first");
+  EXPECT_EQ(outcome.trouble, "crashed (signal 6)");
+
+  outcome = in_child_process(60, [](const auto&) { _exit(3); });
+  EXPECT_EQ(outcome.trouble, "ended by itself (exit code 3)");
+
+  outcome = in_child_process(60, [](const auto&) { throw std::runtime_error("lost"); });
+  EXPECT_EQ(outcome.trouble, "ended by itself (exit code 1)");
+
+  outcome = in_child_process(0.2, [](const auto& tell) {
+    tell("before");
+    for (;;) pause();
+  });
+  EXPECT_EQ(outcome.told, "before");
+  EXPECT_EQ(outcome.trouble, "no answer within 0.2 s");
+}
+
+}  // namespace
+}  // namespace parian
