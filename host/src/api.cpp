@@ -225,6 +225,8 @@ std::vector<glm::dvec3> host_positions(const parian_mesh& m) {
     } else {
       std::memcpy(&x, bytes, sizeof x);
     }
+    if (!(std::isfinite(x.x) && std::isfinite(x.y) && std::isfinite(x.z)))
+      throw Error(ErrorKind::input, fmt::format("mesh: vertex {} is not finite; leave it out", &x - positions.data()));
     bytes += stride;
   }
   return positions;
@@ -463,6 +465,7 @@ parian_status parian_set_mesh(parian_renderer* renderer, const parian_mesh* mesh
       set_device_mesh(r, m);
     } else {
       parian::Mesh host = host_mesh(m);
+      if (host.triangles.empty()) throw Error(ErrorKind::input, "mesh: no triangle has an area; give one that has");
       r.scene.mesh = std::move(host);
       r.scene.on_device.reset();
       r.device_mesh.reset();

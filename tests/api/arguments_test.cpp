@@ -392,7 +392,7 @@ TEST_F(Arguments, MaterialsLightsAndCameras) {
     material_refused([&](M& m) { m.ior = bad; }, "ior");
   }
   for (const double bad : {nan, 1.5, -1.5}) material_refused([&](M& m) { m.g[0] = bad; }, "g");
-  for (const double bad : {0.0, 0.5, 4.0}) material_refused([&](M& m) { m.ior = bad; }, "ior");
+  for (const double bad : {0.0, -1.5}) material_refused([&](M& m) { m.ior = bad; }, "ior");
 
   for (const double bad : {nan, infinity, -1.0, 1e31}) {
     parian_light light = scene.lights.front();
