@@ -147,15 +147,12 @@ T taken(const T* given, const char* what) {
   if (!given) refuse(fmt::format("{}: it is NULL; give a struct", what));
   std::size_t size = 0;
   std::memcpy(&size, given, sizeof size);
-  if (size < 2 * sizeof(size_t))
+  if (size < 2 * sizeof(size_t) || size > 64 * sizeof(T))
     refuse(fmt::format("{}: struct_size is {}, sizeof is {}; set it to sizeof the struct", what, size, sizeof(T)));
   const auto* bytes = reinterpret_cast<const unsigned char*>(given);
-  for (std::size_t i = sizeof(T); i < size; ++i) {
-    if (i >= 64 * sizeof(T))
-      refuse(fmt::format("{}: struct_size is {}, sizeof is {}; set it to sizeof the struct", what, size, sizeof(T)));
+  for (std::size_t i = sizeof(T); i < size; ++i)
     if (bytes[i])
       refuse(fmt::format("{}: it has fields that version {} doesn't know; use a newer library", what, parian::version));
-  }
   T full{};
   std::memcpy(&full, given, std::min(size, sizeof(T)));
   return full;

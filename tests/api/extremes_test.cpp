@@ -98,7 +98,9 @@ TEST(Extremes, Sizes) {
     mesh.positions = nullptr;
     mesh.positions_double = positions.data();
     const Handle r = create();
-    CALL(sized_scene.describe(r.get()));
+    const parian_status described = sized_scene.describe(r.get());
+    EXPECT_TRUE(described == PARIAN_SUCCESS || described == PARIAN_INVALID_SCENE) << parian_message();
+    if (described != PARIAN_SUCCESS) continue;
     finite_or_refused(r.get(), parian_set_mesh(r.get(), &mesh), "on the host, " + std::to_string(scale));
     for (std::size_t i = 0; i < positions.size(); ++i) sized_scene.positions[i] = static_cast<float>(positions[i]);
     const cl::Buffer vertices = opencl().buffer(sized_scene.positions), triangles = opencl().buffer(scene.indices);
