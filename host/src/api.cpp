@@ -147,15 +147,12 @@ T taken(const T* given, const char* what) {
   if (!given) refuse(fmt::format("{}: it is NULL; give a struct", what));
   std::size_t size = 0;
   std::memcpy(&size, given, sizeof size);
-  if (size < 2 * sizeof(size_t))
+  if (size < 2 * sizeof(size_t) || size > 64 * sizeof(T))
     refuse(fmt::format("{}: struct_size is {}, sizeof is {}; set it to sizeof the struct", what, size, sizeof(T)));
   const auto* bytes = reinterpret_cast<const unsigned char*>(given);
-  for (std::size_t i = sizeof(T); i < size; ++i) {
-    if (i >= 64 * sizeof(T))
-      refuse(fmt::format("{}: struct_size is {}, sizeof is {}; set it to sizeof the struct", what, size, sizeof(T)));
+  for (std::size_t i = sizeof(T); i < size; ++i)
     if (bytes[i])
       refuse(fmt::format("{}: it has fields that version {} doesn't know; use a newer library", what, parian::version));
-  }
   T full{};
   std::memcpy(&full, given, std::min(size, sizeof(T)));
   return full;
@@ -225,6 +222,8 @@ std::vector<glm::dvec3> host_positions(const parian_mesh& m) {
     } else {
       std::memcpy(&x, bytes, sizeof x);
     }
+    if (!(std::isfinite(x.x) && std::isfinite(x.y) && std::isfinite(x.z)))
+      throw Error(ErrorKind::input, fmt::format("mesh: vertex {} is not finite; leave it out", &x - positions.data()));
     bytes += stride;
   }
   return positions;
@@ -463,6 +462,7 @@ parian_status parian_set_mesh(parian_renderer* renderer, const parian_mesh* mesh
       set_device_mesh(r, m);
     } else {
       parian::Mesh host = host_mesh(m);
+      if (host.triangles.empty()) throw Error(ErrorKind::input, "mesh: no triangle has an area; give one that has");
       r.scene.mesh = std::move(host);
       r.scene.on_device.reset();
       r.device_mesh.reset();

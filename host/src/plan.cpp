@@ -215,7 +215,7 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
     const std::uint64_t sums = pixels * 32 * (plan.pyramids ? 3 : 1);
     plan.largest = std::max(largest, sums);
     plan.bytes =
-        bytes + std::min<std::uint64_t>(pixels, direct_points) * (32 + 16 * plan.lights.size()) + sums + pixels * 36;
+        bytes + std::min<std::uint64_t>(pixels, direct_points) * (64 + 16 * plan.lights.size()) + sums + pixels * 36;
     if (!too_large()) break;
   }
   plan.window = std::max(plan.window, smallest_window);

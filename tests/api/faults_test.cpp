@@ -48,7 +48,7 @@ void every_call_fails(Kind kind, const Choice& choice) {
   }
   expect_picture(right);
   const std::vector<std::uint64_t> calls = chosen(names, choice);
-  std::map<std::string, int> reported, tolerated;
+  std::map<std::string, int> tolerated;
   for (const std::uint64_t n : calls) {
     const Fault& fault = faults[n % std::size(faults)];
     Life life(kind);
@@ -56,13 +56,13 @@ void every_call_fails(Kind kind, const Choice& choice) {
     watch.build_once();
     watch.fail(n, fault.code);
     const parian_status status = life.live();
-    const std::string what = std::to_string(n) + ": " + names[n] + " returned " + std::to_string(fault.code);
-    ASSERT_EQ(watch.failed(), names[n]) << what;
+    // Not always names[n]: what a frame asks of commands before it depends on how far they are.
+    const std::string failed = watch.failed(),
+                      what = std::to_string(n) + ": " + failed + " returned " + std::to_string(fault.code);
     if (status == PARIAN_SUCCESS) {
-      ++tolerated[names[n]];
+      ++tolerated[failed];
       ASSERT_EQ(life.rgba, right) << what << ", unnoticed";
     } else {
-      ++reported[names[n]];
       ASSERT_EQ(status, fault.status) << what << ": " << parian_message();
       ASSERT_EQ(parian_opencl_code(), fault.code) << what << ": " << parian_message();
       ASSERT_NE(std::string(parian_message()), "") << what;
@@ -77,7 +77,7 @@ void every_call_fails(Kind kind, const Choice& choice) {
     }
     life.renderer.reset();
     const std::string left = watch.unbalanced();
-    const bool release = std::string(names[n]).find("clRelease") == 0;  // then one may be left
+    const bool release = failed.find("clRelease") == 0;  // then one may be left
     ASSERT_TRUE(left.empty() || (release && left.find("1 ") == 0 && left.find(',') == std::string::npos))
         << what << ": " << left << " left";
   }

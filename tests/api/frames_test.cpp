@@ -493,7 +493,7 @@ TEST(Scratch, LargerFilms) {
   CALL(parian_scratch_size(r.get(), &bytes));
   CALL(parian_set_scratch(r.get(), opencl().buffer(bytes)()));
   CALL(parian_plan(r.get(), nullptr));
-  EXPECT_EQ(parian_set_cameras(r.get(), 1, &scene.camera, 2000, 2000), PARIAN_OUT_OF_MEMORY);
+  EXPECT_EQ(parian_set_cameras(r.get(), 1, &scene.camera, 512, 512), PARIAN_OUT_OF_MEMORY);
   EXPECT_EQ(parian_frame(r.get(), nullptr, 0, nullptr, nullptr), PARIAN_NOT_PLANNED);
   CALL(parian_scratch_size(r.get(), &more));  // of the larger film
   EXPECT_GT(more, bytes);

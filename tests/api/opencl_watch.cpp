@@ -21,6 +21,7 @@ struct State {
   cl_int failing_code = CL_SUCCESS;
   std::string failed;
   bool once = false;
+  cl_device_id pretended = nullptr;
 };
 
 std::mutex mutex;
@@ -96,6 +97,9 @@ void OpenclWatch::fail(std::uint64_t n, cl_int code) {
 void OpenclWatch::build_once() {
   note([](State& s) { s.once = true; });
 }
+void OpenclWatch::pretend_device_of_queues(cl_device_id device) {
+  note([&](State& s) { s.pretended = device; });
+}
 std::uint64_t OpenclWatch::calls() const { return watch->names.size(); }
 std::uint64_t OpenclWatch::calls(const std::string& name) const {
   return static_cast<std::uint64_t>(std::count(watch->names.begin(), watch->names.end(), name));
@@ -105,6 +109,10 @@ std::string OpenclWatch::failed() const { return watch->failed; }
 std::uint64_t OpenclWatch::bytes_from_host() const { return watch->from_host; }
 std::uint64_t OpenclWatch::bytes_to_host() const { return watch->to_host; }
 std::uint64_t OpenclWatch::waits() const { return watch->waits; }
+std::int64_t OpenclWatch::more(const std::string& kind) const {
+  const auto found = watch->live.find(kind);
+  return found == watch->live.end() ? 0 : found->second;
+}
 std::string OpenclWatch::unbalanced() const {
   std::string text;
   for (const auto& [kind, count] : watch->live)
@@ -266,7 +274,11 @@ CODE(clGetDeviceIDs, (cl_platform_id platform, cl_device_type type, cl_uint n, c
 QUERY(clGetPlatformInfo, cl_platform_id, cl_platform_info)
 QUERY(clGetDeviceInfo, cl_device_id, cl_device_info)
 QUERY(clGetContextInfo, cl_context, cl_context_info)
-QUERY(clGetCommandQueueInfo, cl_command_queue, cl_command_queue_info)
+CODE(clGetCommandQueueInfo,
+     (cl_command_queue queue, cl_command_queue_info what, size_t size, void* value, size_t* needed),
+     (queue, what, size, value, needed), if (what == CL_QUEUE_DEVICE && value) note([&](const State& s) {
+       if (s.pretended) std::memcpy(value, &s.pretended, sizeof s.pretended);
+     }))
 QUERY(clGetMemObjectInfo, cl_mem, cl_mem_info)
 QUERY(clGetProgramInfo, cl_program, cl_program_info)
 QUERY(clGetEventInfo, cl_event, cl_event_info)

@@ -23,6 +23,9 @@ class OpenclWatch {
   /// Programs with equal sources and options are built once: drivers take their time even with a cache.
   void build_once();
 
+  /// Queues say that they are of this device.
+  void pretend_device_of_queues(cl_device_id device);
+
   [[nodiscard]] std::uint64_t calls() const;
   [[nodiscard]] std::uint64_t calls(const std::string& name) const;
   /// Names of all calls so far.
@@ -36,6 +39,8 @@ class OpenclWatch {
   [[nodiscard]] std::uint64_t waits() const;
   /// Objects that were created or retained more often than released, or the reverse, as text; "" if none.
   [[nodiscard]] std::string unbalanced() const;
+  /// How many more of one kind, as in that text.
+  [[nodiscard]] std::int64_t more(const std::string& kind) const;
 };
 
 /// Whether this thread is in an OpenCL call.

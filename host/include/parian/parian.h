@@ -151,7 +151,7 @@ typedef struct parian_mesh {
   uint32_t for_one_plan; /* not 0: the host copy is freed once it's planned; a second plan needs the mesh again */
 } parian_mesh;
 
-/* Optical coefficients of the material, RGB, in 1/mm; all finite and at least 0, g in -1 to 1, ior in 1 to 3. */
+/* Optical coefficients of the material, RGB, in 1/mm, 0 to 1e15 and not both 0; g -1 to 1, ior above 0. */
 typedef struct parian_material {
   size_t struct_size;
   double sigma_s[3]; /* scattering; the reduced one where g is 0 */
