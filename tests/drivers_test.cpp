@@ -72,10 +72,10 @@ struct Drawn {
 };
 
 Drawn draw_views(const Way& way) {
-  WayBench b(way, scene_of(model("figure")));
+  WayBench b(way, scene_of(torus(60, 30, 30, 12)));
   const kernels::View views[] = {orthographic_view(b.points, {0.3, 0.9, 0.4}, 96),
-                                 pinhole_view({{20, 60, 250}, {0, 0, 0}, {0, 1, 0}, 28}, b.plan.space, {80, 110}),
-                                 pinhole_view({{-90, 30, -60}, {0, 10, 0}, {0, 1, 0}, 50}, b.plan.space, {70, 50})};
+                                 pinhole_view({{20, 90, 120}, {0, 0, 0}, {0, 1, 0}, 32}, b.plan.space, {80, 110}),
+                                 pinhole_view({{-60, 20, -40}, {0, 5, 0}, {0, 1, 0}, 60}, b.plan.space, {70, 50})};
   Drawn all;
   for (const kernels::View& view : views)
     for (const glm::ivec2 sample : {glm::ivec2(128), glm::ivec2(3, 250)}) {
@@ -208,7 +208,7 @@ TEST(Drivers, RenderTheSamePicture) {
   Settings settings = small_settings();
   settings.layers = 6, settings.layer_size = 24, settings.light_map_size = 48, settings.samples = 8;
   settings.gather = Gather::camera;
-  const Scene scene = scene_of(model("torus"), medium(), glm::uvec2(40, 40));
+  const Scene scene = scene_of(torus(36, 18, 35, 15), medium(), glm::uvec2(40, 40));
   Image first;
   for (const std::string& selector : selectors()) {
     Renderer renderer(scene, settings, selector);
