@@ -115,9 +115,10 @@ class Renderer {
     require(parian_create(&info, &renderer_));
   }
   explicit Renderer(const parian_create_info& info) { require(parian_create(&info, &renderer_)); }
-  Renderer(Renderer&& other) noexcept : renderer_(std::exchange(other.renderer_, nullptr)) {}
+  Renderer(Renderer&& other) noexcept : renderer_(std::exchange(other.renderer_, nullptr)), floats_(other.floats_) {}
   Renderer& operator=(Renderer&& other) noexcept {
     std::swap(renderer_, other.renderer_);
+    std::swap(floats_, other.floats_);
     return *this;
   }
   ~Renderer() { parian_release(renderer_); }
@@ -149,15 +150,17 @@ class Renderer {
   void set(const parian_light& light) { set(std::span(&light, 1)); }
   void set(std::span<const parian_camera> cameras, std::uint32_t width, std::uint32_t height) {
     require(parian_set_cameras(renderer_, cameras.size(), cameras.data(), width, height));
+    floats_ = std::size_t{4} * width * height;
   }
   void set(const parian_camera& camera, std::uint32_t width, std::uint32_t height) {
     set(std::span(&camera, 1), width, height);
   }
-  /// A mesh in host memory: x, y, z of each vertex, and three indices of each triangle.
+  /// A mesh in host memory: x, y, z of each vertex, and three indices of each triangle. Throws std::invalid_argument
+  /// if these aren't whole.
   void set_mesh(std::span<const float> positions, std::span<const std::uint32_t> indices) {
     auto mesh = make<parian_mesh>();
-    mesh.n_positions = static_cast<std::uint32_t>(positions.size() / 3);
-    mesh.n_triangles = static_cast<std::uint32_t>(indices.size() / 3);
+    mesh.n_positions = thirds(positions.size(), "positions");
+    mesh.n_triangles = thirds(indices.size(), "indices");
     mesh.positions = positions.data();
     mesh.indices = indices.data();
     set(mesh);
@@ -196,8 +199,12 @@ class Renderer {
     require(parian_estimate(renderer_, queue, &relmse));
     return relmse;
   }
-  /// Fills `rgba`, which the caller sizes at 4 x width x height; returns the image's estimated relMSE.
+  /// Fills `rgba`, which the caller sizes at 4 x width x height; returns the image's estimated relMSE. Throws
+  /// std::invalid_argument if it is smaller.
   double read(std::size_t camera, std::span<float> rgba, cl_command_queue queue = nullptr) {
+    if (rgba.size() < floats_)
+      throw std::invalid_argument("rgba: it has " + std::to_string(rgba.size()) + " floats and needs " +
+                                  std::to_string(floats_));
     double relmse = -1;
     require(parian_read(renderer_, queue, camera, rgba.data(), &relmse));
     return relmse;
@@ -234,7 +241,15 @@ class Renderer {
     return all;
   }
 
+  [[nodiscard]] static std::uint32_t thirds(std::size_t n, const char* what) {
+    if (n % 3 != 0 || n / 3 > UINT32_MAX)
+      throw std::invalid_argument(std::string(what) + ": their number is " + std::to_string(n) +
+                                  ", not three for each of at most 2^32 - 1");
+    return static_cast<std::uint32_t>(n / 3);
+  }
+
   parian_renderer* renderer_ = nullptr;
+  std::size_t floats_ = 0;  // of an image
 };
 
 }  // namespace v0
