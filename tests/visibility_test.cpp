@@ -67,7 +67,8 @@ TEST(Visibility, LayersCoverTheModels) {
     };
     SurfaceSight sight;
     const std::vector<kernels::View> views = place_layers(b.passes, b.points, b.scene.mesh.triangles, 16, 256, sight);
-    ASSERT_EQ(views.size(), 16U);
+    ASSERT_LE(views.size(), 16U);  // fewer where more would see nothing better
+    ASSERT_FALSE(views.empty());
     std::vector<kernels::View> even;
     for (const glm::dvec3& d : even_directions(16)) even.push_back(orthographic_view(b.points, d, 256));
     const double chosen = cover(views, sight), spread = cover(even, sight);
