@@ -15,7 +15,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr std::uint32_t around = 256, across = 128, width = 512, height = 512;
-constexpr int rounds = 9, frames = 8;
+constexpr int rounds = 6, frames = 4;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
