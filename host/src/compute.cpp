@@ -220,9 +220,12 @@ void Compute::release(cl::Buffer& b) {
 }
 
 void Compute::drain() noexcept {
-  try {
-    if (!after_.empty()) cl::Event::waitForEvents(after_);
-  } catch (const cl::Error&) {  // their owner has been told, or has failed them
+  for (int attempts = 0; !after_.empty() && attempts < 2; ++attempts) {  // the memory may be somebody else's next
+    try {
+      cl::Event::waitForEvents(after_);
+      after_.clear();
+    } catch (const cl::Error&) {  // events that failed, of which their owner has been told; or the call itself
+    }
   }
   after_.clear();
 }
@@ -285,11 +288,11 @@ void Compute::enqueue(const char* name, const cl::Kernel& kernel, std::size_t it
   const std::size_t piece = limit == limits_.end() ? global : std::max<std::size_t>(limit->second / group, 1) * group;
   for (std::size_t first = 0; first < global; first += piece) {
     const std::size_t n = std::min(piece, global - first);
-    cl::Event done = chain([&](const auto* after, cl::Event* event) {
+    const cl::Event& done = chain([&](const auto* after, cl::Event* event) {
       queue_.enqueueNDRangeKernel(kernel, first ? cl::NDRange(first) : cl::NullRange, cl::NDRange(n),
                                   cl::NDRange(group), after, event);
     });
-    if (profiling_) running_.push_back({std::move(done), stage, name, std::min(n, items - first)});
+    if (profiling_) running_.push_back({done, stage, name, std::min(n, items - first)});
   }
   if (running_.size() >= 4096) book(false);
 }

@@ -137,12 +137,13 @@ class Compute {
   void enqueue(const char* name, const cl::Kernel& kernel, std::size_t items, Stage stage);
   /// Calls `command` with the events to wait for and the event to make, which the next command waits for.
   template <class F>
-  cl::Event chain(F&& command) {
+  const cl::Event& chain(F&& command) {
+    after_.reserve(1);  // nothing may fail once the command is enqueued, or nobody would wait for it
     cl::Event event;
     command(after_.empty() ? nullptr : &after_, &event);
     after_.clear();
-    after_.push_back(event);
-    return event;
+    after_.push_back(std::move(event));
+    return after_.back();
   }
   void book(bool all);
 

@@ -71,13 +71,13 @@ void every_call_fails(Kind kind, const Choice& choice) {
       ASSERT_EQ(life.render(), PARIAN_DEVICE_LOST) << what;
       life.renderer.reset();
     }
-    if (n % 3 == 0) {
+    if (n % 3 == 0 && !failed.empty()) {
       ASSERT_EQ(life.renderer ? life.render() : life.live(), PARIAN_SUCCESS) << what << ", then " << parian_message();
       ASSERT_EQ(life.rgba, right) << what << ", and the image after it is another";
     }
     life.renderer.reset();
     const std::string left = watch.unbalanced();
-    const bool release = failed.find("clRelease") == 0;  // then one may be left
+    const bool release = std::string(watch.failed()).find("clRelease") == 0;  // by now; then one may be left
     ASSERT_TRUE(left.empty() || (release && left.find("1 ") == 0 && left.find(',') == std::string::npos))
         << what << ": " << left << " left";
   }

@@ -10,6 +10,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "small_scene.hpp"
+
 namespace parian::test {
 namespace {
 
@@ -81,6 +83,7 @@ F next(F, const char* name) {
 bool inside_opencl() { return depth > 0; }
 
 OpenclWatch::OpenclWatch() {
+  opencl();  // what all tests share is made before anything is counted
   const std::scoped_lock lock(mutex);
   watch.emplace();
 }
