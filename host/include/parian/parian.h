@@ -14,7 +14,9 @@
  *
  * Errors. Every call returns a status. What went wrong is said in one line by parian_message, with the OpenCL code, if
  * there is one, in parian_opencl_code, both of the calling thread's last failure. The library never prints, never
- * exits, and lets no exception out. Arguments are validated before anything is enqueued.
+ * exits, and lets no exception out. Arguments are validated before anything is enqueued: a call that is refused changes
+ * nothing. One that fails on the device or for want of memory, or is cancelled, undoes the plan; what the scene is
+ * stays set, and parian_plan starts anew.
  *
  * Threads. A renderer is used by one thread at a time; another one that calls in meanwhile gets PARIAN_BUSY. Different
  * renderers are independent of each other, whatever they share in OpenCL. There is no global state but the calling
@@ -96,7 +98,7 @@ typedef struct parian_create_info {
 /* Makes a renderer; nothing is compiled yet. `*renderer` is set on success only. */
 PARIAN_API parian_status parian_create(const parian_create_info* info, parian_renderer** renderer);
 /* Waits for what the renderer has enqueued, gives everything back, retained objects of the caller included. NULL is
- * allowed. The caller may have released its own references before. */
+ * allowed. The caller may have released its own references before. Nobody may be inside a call. */
 PARIAN_API void parian_release(parian_renderer* renderer);
 /* The renderer's context and device, not retained; either pointer may be NULL. */
 PARIAN_API parian_status parian_get_opencl(const parian_renderer* renderer, cl_context* context, cl_device_id* device);
@@ -213,7 +215,8 @@ PARIAN_API parian_status parian_set_material(parian_renderer* renderer, const pa
  * start them anew. */
 PARIAN_API parian_status parian_set_lights(parian_renderer* renderer, size_t n, const parian_light* lights);
 /* The film has `width` x `height` pixels, 1 to 16384 each. Keeps the sums; with settings.fixed_cameras, needs a new
- * plan. */
+ * plan. A larger film needs more memory; where a scratch buffer hasn't as much, PARIAN_OUT_OF_MEMORY undoes the plan,
+ * and parian_scratch_size tells what the new film needs. */
 PARIAN_API parian_status parian_set_cameras(parian_renderer* renderer, size_t n, const parian_camera* cameras,
                                             uint32_t width, uint32_t height);
 /* For a mesh in buffers: the next frame, once its wait list allows, reads the positions again, redraws light maps and

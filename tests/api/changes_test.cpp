@@ -1,0 +1,279 @@
+// What changes between frames cost and keep, of meshes on the host and on the device.
+#include <algorithm>
+#include <limits>
+
+#include "frames.hpp"
+
+namespace parian::test {
+namespace {
+
+TEST(Changes, CamerasAndFilmKeepTheSums) {
+  SmallScene scene, moved;
+  moved.camera.eye[0] = 90.0;
+  moved.camera.fov = 50.0;
+  const Handle r = planned(scene);
+  frames(r.get(), 2);
+  CALL(parian_set_cameras(r.get(), 1, &moved.camera, SmallScene::width, SmallScene::height));
+  frames(r.get(), 1);
+  EXPECT_EQ(summed(r.get()), 3U);
+  EXPECT_EQ(gathered(r.get()), fresh(moved, 3)) << "moved camera";
+  // Another film and two cameras, and back.
+  const parian_camera both[] = {scene.camera, moved.camera};
+  CALL(parian_set_cameras(r.get(), 2, both, 40, 31));
+  const cl::Buffer large = opencl().buffer(40 * 31 * 16);
+  auto image = sized<parian_image>();
+  image.buffer = large();
+  CALL(parian_gather(r.get(), nullptr, 1, &image, 0, nullptr, nullptr));
+  CALL(parian_set_cameras(r.get(), 1, &scene.camera, SmallScene::width, SmallScene::height));
+  EXPECT_EQ(summed(r.get()), 3U);
+  EXPECT_EQ(gathered(r.get()), fresh(scene, 3)) << "the first camera again";
+}
+
+TEST(Changes, ExposureScales) {
+  const Handle r = planned(SmallScene());
+  frames(r.get(), 1);
+  const Rgba before = gathered(r.get());
+  const Pixels pixels;
+  parian_image image = pixels.image();
+  image.exposure = 3.0F;
+  cl_event done = nullptr;
+  CALL(parian_gather(r.get(), nullptr, 0, &image, 0, nullptr, &done));
+  EXPECT_EQ(pixels.read(done), scaled(before, {8, 8, 8}));
+  EXPECT_EQ(summed(r.get()), 1U);
+}
+
+TEST(Changes, ColourOfLightRescales) {
+  SmallScene scene;
+  scene.lights.push_back(SmallScene::light({1, 0.2, 0.4}, 1.5));
+  const Handle r = planned(scene);
+  frames(r.get(), 2);
+  const Rgba before = gathered(r.get());
+  const std::array<float, 3> factor{4.0F, 0.5F, 2.0F};
+  std::vector<parian_light> lights = scene.lights;
+  for (parian_light& l : lights)
+    for (int c = 0; c < 3; ++c) l.irradiance[c] *= factor[c];
+  CALL(parian_set_lights(r.get(), 2, lights.data()));
+  EXPECT_EQ(gathered(r.get()), scaled(before, factor));
+  frames(r.get(), 1);
+  EXPECT_EQ(summed(r.get()), 3U);
+  const Rgba three = gathered(r.get());
+  CALL(parian_set_lights(r.get(), 2, scene.lights.data()));
+  EXPECT_EQ(scaled(gathered(r.get()), factor), three);
+  EXPECT_EQ(gathered(r.get()), fresh(scene, 3));
+  // Black in one channel, and back.
+  for (parian_light& l : lights) l.irradiance[1] = 0.0;
+  CALL(parian_set_lights(r.get(), 2, lights.data()));
+  EXPECT_EQ(gathered(r.get()), scaled(three, {1, 0, 1}));
+  CALL(parian_set_lights(r.get(), 2, scene.lights.data()));
+  EXPECT_EQ(summed(r.get()), 3U);
+  EXPECT_EQ(gathered(r.get()), fresh(scene, 3));
+  // What is read, and how good it is.
+  double relative = 0.0, relative_scaled = 0.0;
+  Rgba read(Pixels::count * 4), read_scaled(Pixels::count * 4);
+  CALL(parian_read(r.get(), nullptr, 0, read.data(), &relative));
+  for (std::size_t l = 0; l < 2; ++l)
+    for (int c = 0; c < 3; ++c) lights[l].irradiance[c] = 8.0 * scene.lights[l].irradiance[c];
+  CALL(parian_set_lights(r.get(), 2, lights.data()));
+  CALL(parian_read(r.get(), nullptr, 0, read_scaled.data(), &relative_scaled));
+  EXPECT_EQ(read_scaled, scaled(read, {8, 8, 8}));
+  EXPECT_EQ(relative_scaled, relative);
+}
+
+TEST(Changes, OtherColoursStartAnew) {
+  SmallScene scene, other;
+  scene.lights.push_back(SmallScene::light({1, 0.2, 0.4}, 1.5));
+  other.lights = scene.lights;
+  other.lights[0].irradiance[0] += 0.5;  // the same flux: samples are divided between lights as before
+  other.lights[0].irradiance[2] -= 0.5;
+  const Handle r = planned(scene);
+  frames(r.get(), 3);
+  const Rgba before = gathered(r.get());
+  CALL(parian_set_lights(r.get(), 2, other.lights.data()));
+  EXPECT_EQ(gathered(r.get()), before) << "until the next frame";
+  frames(r.get(), 2);
+  EXPECT_EQ(summed(r.get()), 2U);
+  EXPECT_EQ(gathered(r.get()), fresh(other, 2));
+  // From nearly nothing to a great deal there are no digits left to rescale.
+  for (parian_light& l : other.lights)
+    for (double& e : l.irradiance) e = 1e-28;
+  CALL(parian_set_lights(r.get(), 2, other.lights.data()));
+  frames(r.get(), 2);
+  for (parian_light& l : other.lights)
+    for (double& e : l.irradiance) e = 1e28;
+  CALL(parian_set_lights(r.get(), 2, other.lights.data()));
+  frames(r.get(), 1);
+  EXPECT_EQ(summed(r.get()), 1U);
+  expect_picture(gathered(r.get()));
+}
+
+TEST(Changes, NumberOfLightsNeedsAPlan) {
+  SmallScene scene;
+  const Handle r = planned(scene);
+  frames(r.get(), 1);
+  scene.lights.push_back(SmallScene::light({1, 0.2, 0.4}, 1.5));
+  CALL(parian_set_lights(r.get(), 2, scene.lights.data()));
+  EXPECT_EQ(parian_frame(r.get(), nullptr, 0, nullptr, nullptr), PARIAN_NOT_PLANNED);
+  CALL(parian_plan(r.get(), nullptr));
+  frames(r.get(), 2);
+  EXPECT_EQ(gathered(r.get()), fresh(scene, 2));
+  for (double& e : scene.lights[0].irradiance) e = 0.0;  // goes dark
+  CALL(parian_set_lights(r.get(), 2, scene.lights.data()));
+  EXPECT_EQ(parian_frame(r.get(), nullptr, 0, nullptr, nullptr), PARIAN_NOT_PLANNED);
+  CALL(parian_set_lights(r.get(), 0, nullptr));
+  CALL(parian_plan(r.get(), nullptr));
+  frames(r.get(), 1);
+  const Rgba dark = gathered(r.get());
+  for (std::size_t i = 0; i < dark.size(); ++i) ASSERT_TRUE(i % 4 == 3 || dark[i] == 0.0F) << i;
+}
+
+TEST(Changes, DirectionStartsAnew) {
+  SmallScene scene;
+  scene.settings.light_map_size = 128;
+  const auto turned = [&](std::array<double, 3> towards) { return SmallScene::light(towards, 3.0); };
+  const parian_light a = turned({0.5, 0.6, -0.6}), b = turned({-0.7, 0.5, -0.3}), c = turned({0, 1, 0});
+  const auto light = [](parian_renderer* r, const parian_light& l) {
+    ASSERT_EQ(parian_set_lights(r, 1, &l), PARIAN_SUCCESS);
+  };
+  const Handle direct = planned(scene), detour = planned(scene);
+  light(direct.get(), b);
+  frames(direct.get(), 2);
+  frames(detour.get(), 20);  // light maps have been shifted by now
+  light(detour.get(), c);
+  frames(detour.get(), 1);
+  light(detour.get(), a);
+  light(detour.get(), b);
+  frames(detour.get(), 2);
+  EXPECT_EQ(summed(detour.get()), 2U);
+  EXPECT_EQ(gathered(detour.get()), gathered(direct.get()));
+  frames(direct.get(), 62);
+  scene.lights = {b};
+  // The map of a turned light holds the bounding sphere, not the mesh alone: other texels, the same light.
+  const double difference = relmse(gathered(direct.get(), nullptr, 8), [&] {
+    const Handle r = planned(scene);
+    frames(r.get(), 64);
+    return gathered(r.get(), nullptr, 8);
+  }());
+  RecordProperty("relmse", std::to_string(difference));
+  EXPECT_LE(difference, 2e-3);
+}
+
+TEST(Changes, MaterialAndSeedStartAnew) {
+  SmallScene scene;
+  const Handle r = planned(scene);
+  frames(r.get(), 3);
+  const Rgba first = gathered(r.get());
+  scene.settings.seed = 5;
+  CALL(parian_set_settings(r.get(), &scene.settings));
+  CALL(parian_plan(r.get(), nullptr));
+  EXPECT_EQ(summed(r.get()), 0U);
+  frames(r.get(), 3);
+  const Rgba seeded = gathered(r.get());
+  EXPECT_NE(seeded, first);
+  EXPECT_EQ(seeded, fresh(scene, 3));
+  for (double& s : scene.material.sigma_s) s *= 0.5;
+  CALL(parian_set_material(r.get(), &scene.material));
+  CALL(parian_plan(r.get(), nullptr));
+  frames(r.get(), 2);
+  EXPECT_EQ(gathered(r.get()), fresh(scene, 2));
+}
+
+TEST(Changes, RestartForgetsEverything) {
+  SmallScene scene;
+  const Handle r = planned(scene);
+  frames(r.get(), 20);
+  double relative = 0.0;
+  CALL(parian_estimate(r.get(), nullptr, &relative));
+  CALL(parian_restart(r.get()));
+  EXPECT_EQ(read_after(r.get(), 2), right_image());
+}
+
+TEST(MeshOnDevice, MovedPositionsStartAnew) {
+  const SmallScene scene;
+  SmallScene bent = scene;
+  for (std::size_t i = 1; i < bent.positions.size(); i += 3)
+    bent.positions[i] += 4.0F * std::sin(0.1F * bent.positions[i - 1]);
+  OnDevice mesh(scene);
+  frames(mesh.r.get(), 20);
+  opencl().queue.enqueueWriteBuffer(mesh.vertices, CL_TRUE, 0, bent.positions.size() * 4, bent.positions.data());
+  const Rgba before = gathered(mesh.r.get());
+  CALL(parian_positions_changed(mesh.r.get()));
+  EXPECT_EQ(gathered(mesh.r.get()), before) << "until the next frame";
+  EXPECT_EQ(mesh.after(2), OnDevice(bent).after(2));
+  EXPECT_EQ(summed(mesh.r.get()), 2U);
+  const Handle on_host = planned(scene);
+  EXPECT_EQ(parian_positions_changed(on_host.get()), PARIAN_INVALID_ARGUMENT);
+}
+
+TEST(MeshOnDevice, AgreesWithTheMeshOnTheHost) {
+  SmallScene scene;
+  scene.settings.layers = 16;
+  scene.settings.layer_size = 64;
+  scene.settings.light_map_size = 128;
+  const Handle host = planned(scene);
+  const OnDevice device(scene);
+  frames(host.get(), 64);
+  frames(device.r.get(), 64);
+  const double difference = relmse(gathered(device.r.get(), nullptr, 8), gathered(host.get(), nullptr, 8));
+  RecordProperty("relmse", std::to_string(difference));
+  EXPECT_LE(difference, 2e-3);  // other layers, other views of the light: two estimates of the same picture
+}
+
+TEST(MeshOnDevice, LeavesOutWhatIsBroken) {
+  const SmallScene whole;
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  const float bad[] = {nan, infinity, -infinity, 3e38F, -1e20F, 1e6F, 100.0F};
+  SmallScene broken = whole, removed = whole;
+  removed.indices.clear();
+  for (std::size_t k = 0; k < std::size(bad); ++k) broken.positions[3 * (20 * k + 3) + k % 3] = bad[k];
+  broken.indices[50] = 0xffffffff;
+  broken.indices[200] = 0x7fffffff;
+  broken.indices[300] = static_cast<std::uint32_t>(whole.positions.size() / 3);
+  for (std::size_t t = 0; t < whole.indices.size(); t += 3) {
+    const auto* c = &broken.indices[t];
+    const bool sound = std::all_of(c, c + 3, [&](std::uint32_t i) {
+      return i < whole.positions.size() / 3 && broken.positions[3 * i] == whole.positions[3 * i] &&
+             broken.positions[3 * i + 1] == whole.positions[3 * i + 1] &&
+             broken.positions[3 * i + 2] == whole.positions[3 * i + 2];
+    });
+    if (sound) removed.indices.insert(removed.indices.end(), c, c + 3);
+  }
+  EXPECT_LT(removed.indices.size(), whole.indices.size() - 100);
+  const Rgba image = OnDevice(broken).after(2);
+  expect_picture(image);
+  EXPECT_EQ(image, OnDevice(removed).after(2));
+  // Nothing that can be drawn, now and then.
+  SmallScene nothing = whole;
+  std::fill(nothing.positions.begin(), nothing.positions.end(), nan);
+  OnDevice mesh(nothing);
+  for (const float v : mesh.after(2)) ASSERT_EQ(v, 0.0F);
+  opencl().queue.enqueueWriteBuffer(mesh.vertices, CL_TRUE, 0, whole.positions.size() * 4, whole.positions.data());
+  CALL(parian_positions_changed(mesh.r.get()));
+  EXPECT_EQ(mesh.after(2), OnDevice(whole).after(2));
+}
+
+TEST(MeshOnDevice, OffsetsAndStrides) {
+  SmallScene scene;
+  const Rgba right = OnDevice(scene).after(1);
+  std::vector<float> spread(6, -1.0F);
+  for (std::size_t i = 0; i < scene.positions.size(); i += 3) {
+    spread.insert(spread.end(), scene.positions.begin() + i, scene.positions.begin() + i + 3);
+    spread.insert(spread.end(), 5, 1e9F);
+  }
+  spread.resize(spread.size() - 5);  // nothing after the last
+  std::vector<std::uint32_t> indices(7, 99999);
+  indices.insert(indices.end(), scene.indices.begin(), scene.indices.end());
+  const cl::Buffer vertices = opencl().buffer(spread), triangles = opencl().buffer(indices);
+  parian_mesh mesh = SmallScene::mesh(scene, vertices, triangles);
+  mesh.position_offset = 24;
+  mesh.position_stride = 32;
+  mesh.index_offset = 28;
+  const Handle r = create();
+  CALL(parian_set_mesh(r.get(), &mesh));
+  CALL(scene.describe(r.get()));
+  CALL(parian_plan(r.get(), nullptr));
+  frames(r.get(), 1);
+  EXPECT_EQ(gathered(r.get()), right);
+}
+
+}  // namespace
+}  // namespace parian::test
