@@ -59,7 +59,7 @@ TEST(SelfTest, PassesHereAtEveryWidth) {
     Prepared device(kernel_sources, lanes);
     for (const std::size_t group : {64U, 8U, 1U}) {
       device.compute.limit_groups(group);
-      EXPECT_EQ(device.compute.group_size("self_test"), group);
+      EXPECT_LE(device.compute.group_size("self_test"), group);  // less where the kernel takes no more
       for (const SelfTestAnswer& answer : self_test(device.compute, Model::directional, lanes)) {
         EXPECT_TRUE(answer.passed) << lanes << " lanes, groups of " << group << ": " << answer.name << ": "
                                    << answer.found;
