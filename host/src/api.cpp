@@ -1,5 +1,4 @@
 // The C API's border: arguments are checked here, and whatever goes wrong inside becomes a status and a line of text.
-#define PARIAN_BUILDS
 #include <parian/parian.h>
 
 #include <fmt/format.h>
@@ -440,6 +439,23 @@ parian_status parian_default_settings(parian_settings* settings) {
     s.seed = d.seed;
     s.frames = d.frames;
     give(settings, s, "settings");
+  });
+}
+
+parian_status parian_find_material(const char* name, parian_material* material) {
+  return caught([&] {
+    if (!name) refuse("name: it is NULL; give one that 'parian materials' lists");
+    const parian::Material found = parian::find_material(name);
+    parian_material m{};
+    for (int c = 0; c < 3; ++c) {
+      m.sigma_s[c] = found.sigma_s[c];
+      m.sigma_a[c] = found.sigma_a[c];
+      m.g[c] = found.g[c];
+    }
+    m.ior = found.ior;
+    for (const parian::MeasuredMaterial& measured : parian::measured_materials())
+      if (measured.material.name == found.name) m.name = measured.material.name.c_str();
+    give(material, m, "material");
   });
 }
 

@@ -84,6 +84,8 @@ void Renderer::State::allocate_film() {
       return;
     } catch (const cl::Error& e) {
       if (e.err() != CL_MEM_OBJECT_ALLOCATION_FAILURE || plan.window <= smallest_window) throw;
+    } catch (const Error& e) {  // of a scratch buffer
+      if (e.code() != CL_MEM_OBJECT_ALLOCATION_FAILURE || plan.window <= smallest_window) throw;
     }
   }
 }

@@ -38,6 +38,21 @@ TEST(Wrapper, LooksAtSizes) {
   EXPECT_THROW(renderer.read(0, rgba), Failure);  // there is no plan
 }
 
+TEST(Wrapper, FindsMaterials) {
+  const parian_material marble = parian::material("Marble"), spaced = parian::material("  mar-ble");
+  EXPECT_EQ(marble.sigma_s[0], 2.19);
+  EXPECT_EQ(marble.sigma_a[2], 0.0071);
+  EXPECT_EQ(marble.ior, 1.5);
+  EXPECT_EQ(marble.name, spaced.name);
+  try {
+    static_cast<void>(parian::material("marbel"));
+    FAIL() << "found what isn't there";
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.status(), PARIAN_INVALID_SCENE);
+    EXPECT_NE(std::string(failure.what()).find("arble"), std::string::npos) << failure.what();
+  }
+}
+
 TEST(Wrapper, MovedRenderersStayWhole) {
   Renderer first(opencl().context(), opencl().device());
   first.set(parian::camera({0, 0, 9}, {0, 0, 0}, 30), 4, 2);

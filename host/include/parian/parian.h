@@ -38,13 +38,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(_WIN32) && defined(PARIAN_SHARED)
-#ifdef PARIAN_BUILDS
-#define PARIAN_API __declspec(dllexport)
-#else
-#define PARIAN_API __declspec(dllimport)
-#endif
-#elif defined(__GNUC__)
+#ifdef __GNUC__
 #define PARIAN_API __attribute__((visibility("default")))
 #else
 #define PARIAN_API
@@ -163,6 +157,11 @@ typedef struct parian_material {
   const char* name;  /* for messages; may be NULL */
 } parian_material;
 
+/* A measured material by the name that 'parian materials' lists; case, spaces, '-' and '_' don't matter. Texts that
+ * `*material` gets have static storage. A name that isn't there is PARIAN_INVALID_SCENE, and the message has the
+ * nearest ones. */
+PARIAN_API parian_status parian_find_material(const char* name, parian_material* material);
+
 typedef struct parian_light {
   size_t struct_size;
   double towards[3];    /* direction to the light, any length above 0 */
@@ -196,7 +195,8 @@ typedef struct parian_settings {
                                  and their own views may be the layers (0) */
   uint32_t pyramids;          /* (1) */
   uint32_t seed;              /* (0) */
-  uint32_t frames;            /* at most this many frames will be asked for; frames times samples below 2^32 (1024) */
+  uint32_t frames;            /* as many will be asked for at most: times samples, below 2^32, past which samples
+                                 repeat (1024) */
   const char* keep;           /* omissions that are forced off: names divided by commas, or "all"; NULL: none (NULL) */
   uint32_t force;             /* try although memory seems too small or the self-test fails (0) */
   uint32_t time_stages;       /* wait after each stage, so that seconds of the wall clock can be told by stage (0) */

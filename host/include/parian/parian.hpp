@@ -61,6 +61,12 @@ using Triple = std::array<double, 3>;
   m.ior = ior;
   return m;
 }
+/// A measured one, by the name that `parian materials` lists.
+[[nodiscard]] inline parian_material material(const char* name) {
+  auto m = make<parian_material>();
+  require(parian_find_material(name, &m));
+  return m;
+}
 [[nodiscard]] inline parian_light light(const Triple& towards, const Triple& irradiance) {
   auto l = make<parian_light>();
   std::copy(towards.begin(), towards.end(), l.towards);
