@@ -16,6 +16,7 @@ class Life {
     scene_.settings.fixed_cameras = scene_.settings.time_stages = kind == Kind::fixed;
     scene_.settings.samples = 64;  // light maps are shifted between the frames
     rgba.resize(Pixels::count * 4);
+    scratch();
   }
   /// Its first failure, where it ends.
   parian_status live() {
