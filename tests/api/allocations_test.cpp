@@ -9,11 +9,16 @@
 
 namespace {
 thread_local std::int64_t until_failure = -1;  // allocations of this thread's outside OpenCL; negative: none fails
-}
 
-void* operator new(std::size_t size) {
-  if (until_failure >= 0 && !parian::test::inside_opencl() && until_failure-- == 0) throw std::bad_alloc();
-  if (void* p = std::malloc(size > 0 ? size : 1)) return p;
+void* allocated(std::size_t size) noexcept {
+  const bool fails = until_failure >= 0 && !parian::test::inside_opencl() && until_failure-- == 0;
+  return fails ? nullptr : std::malloc(size > 0 ? size : 1);
+}
+}  // namespace
+
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return allocated(size); }
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  if (void* p = allocated(size)) return p;
   throw std::bad_alloc();
 }
 [[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }

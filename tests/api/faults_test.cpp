@@ -77,7 +77,7 @@ void every_call_fails(Kind kind, const Choice& choice) {
     }
     life.renderer.reset();
     const std::string left = watch.unbalanced();
-    const bool release = std::string(watch.failed()).find("clRelease") == 0;  // by now; then one may be left
+    const bool release = watch.failed().find("clRelease") == 0;  // by now; then one may be left
     ASSERT_TRUE(left.empty() || (release && left.find("1 ") == 0 && left.find(',') == std::string::npos))
         << what << ": " << left << " left";
   }

@@ -2,6 +2,7 @@
 #include "opencl_watch.hpp"
 
 #include <dlfcn.h>
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstring>
@@ -9,6 +10,7 @@
 #include <mutex>
 #include <optional>
 #include <stdexcept>
+#include <tuple>
 
 #include "small_scene.hpp"
 
@@ -22,19 +24,19 @@ struct State {
   std::optional<std::uint64_t> failing;
   cl_int failing_code = CL_SUCCESS;
   std::string failed;
-  bool once = false;
+  std::string once;  // the test whose programs are shared
   cl_device_id pretended = nullptr;
 };
 
 std::mutex mutex;
 std::optional<State> watch;
 
-/// Programs by source and context; what they were built with.
+/// Programs by test, context and source; what they were built with.
 struct Program {
   cl_program handle;
   std::string options;
 };
-std::map<std::pair<cl_context, std::string>, Program> programs;
+std::map<std::tuple<std::string, cl_context, std::string>, Program> programs;
 
 thread_local int depth = 0;
 struct Inside {
@@ -98,7 +100,8 @@ void OpenclWatch::fail(std::uint64_t n, cl_int code) {
   });
 }
 void OpenclWatch::build_once() {
-  note([](State& s) { s.once = true; });
+  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+  note([&](State& s) { s.once = std::string(test->test_suite_name()) + "." + test->name(); });
 }
 void OpenclWatch::pretend_device_of_queues(cl_device_id device) {
   note([&](State& s) { s.pretended = device; });
@@ -207,20 +210,20 @@ cl_program CL_API_CALL clCreateProgramWithSource(cl_context context, cl_uint n, 
   for (cl_uint i = 0; i < n; ++i)
     source += lengths && lengths[i] ? std::string(strings[i], lengths[i]) : std::string(strings[i]);
   live("programs", 1);
-  bool once = false;
+  std::string once;
   note([&](const State& s) { once = s.once; });
-  const auto known = programs.find({context, source});
-  if (once && known != programs.end()) {
+  const auto known = programs.find({once, context, source});
+  if (!once.empty() && known != programs.end()) {
     static const auto retain = next(&clRetainProgram, "clRetainProgram");
     retain(known->second.handle);
     if (code) *code = CL_SUCCESS;
     return known->second.handle;
   }
   const cl_program made = pass(context, n, strings, lengths, code);
-  if (once && made) {
+  if (!once.empty() && made) {
     static const auto retain = next(&clRetainProgram, "clRetainProgram");
     retain(made);  // for good
-    programs[{context, source}] = {made, ""};
+    programs[{once, context, source}] = {made, ""};
   }
   return made;
 }

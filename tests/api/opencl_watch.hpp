@@ -20,7 +20,7 @@ class OpenclWatch {
 
   /// The `n`-th call, from 0 at the watch's start, does nothing and returns `code`.
   void fail(std::uint64_t n, cl_int code);
-  /// Programs with equal sources and options are built once: drivers take their time even with a cache.
+  /// Programs of one test, which have the same options, are built once: drivers take their time even with a cache.
   void build_once();
 
   /// Queues say that they are of this device.
