@@ -170,8 +170,12 @@ void give(T* wanted, T full, const char* what) {
 
 glm::dvec3 vec3(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
-template <class T>
-T one_of(int value, const char* what) {
+/// An enumeration of the API as one of the library's. What isn't one of its values may not be looked at as one.
+template <class T, class Given>
+T one_of(const Given& given, const char* what) {
+  int value = 0;
+  static_assert(sizeof value == sizeof given);
+  std::memcpy(&value, &given, sizeof value);
   if (value < 0 || value > 2) refuse(fmt::format("{}: {} is none of its values, 0 to 2", what, value));
   return static_cast<T>(value);
 }

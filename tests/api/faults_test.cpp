@@ -67,6 +67,8 @@ void every_call_fails(Kind kind, const Choice& choice) {
       ASSERT_EQ(parian_opencl_code(), fault.code) << what << ": " << parian_message();
       ASSERT_NE(std::string(parian_message()), "") << what;
     }
+    if (failed.empty()) life.renderer.reset();  // whose release it is then
+    watch.fail(~std::uint64_t{0}, CL_SUCCESS);
     if (status == PARIAN_DEVICE_LOST && life.renderer) {
       ASSERT_EQ(life.render(), PARIAN_DEVICE_LOST) << what;
       life.renderer.reset();

@@ -16,7 +16,6 @@ class Life {
     scene_.settings.fixed_cameras = scene_.settings.time_stages = kind == Kind::fixed;
     scene_.settings.samples = 64;  // light maps are shifted between the frames
     rgba.resize(Pixels::count * 4);
-    scratch();  // made before anything is counted
   }
   /// Its first failure, where it ends.
   parian_status live() {
@@ -38,7 +37,7 @@ class Life {
     double relmse = 0.0;
     parian_status s = parian_set_mesh(r, &mesh);
     if (s == PARIAN_SUCCESS) s = scene_.describe(r);
-    if (s == PARIAN_SUCCESS && kind_ == Kind::buffers) s = parian_set_scratch(r, scratch());
+    if (s == PARIAN_SUCCESS && kind_ == Kind::buffers) s = parian_set_scratch(r, scratch_());
     if (s == PARIAN_SUCCESS) s = parian_plan(r, nullptr);
     if (s == PARIAN_SUCCESS) s = parian_frame(r, queue, 0, nullptr, &framed);
     if (s == PARIAN_SUCCESS) s = parian_frame(r, nullptr, 1, &framed, nullptr);
@@ -53,13 +52,10 @@ class Life {
   Rgba rgba;
 
  private:
-  static cl_mem scratch() {
-    static const cl::Buffer buffer = opencl().buffer(std::size_t{16} << 20);
-    return buffer();
-  }
   Kind kind_;
   SmallScene scene_;
   Pixels pixels_;
+  cl::Buffer scratch_ = opencl().buffer(std::size_t{16} << 20);
   cl::Buffer vertices_ = opencl().buffer(scene_.positions), triangles_ = opencl().buffer(scene_.indices);
 };
 
