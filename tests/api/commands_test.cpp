@@ -101,6 +101,7 @@ TEST(Commands, GeometryInBuffersIsNotCopiedThroughTheHost) {
 
 TEST(Scratch, HoldsEverything) {
   const SmallScene scene;
+  const Rgba& right = right_image();
   const Handle r = create();
   CALL(scene.give(r.get()));
   std::size_t bytes = 0;
@@ -110,7 +111,7 @@ TEST(Scratch, HoldsEverything) {
   {
     OpenclWatch watch;
     CALL(parian_plan(r.get(), nullptr));
-    EXPECT_EQ(read_after(r.get(), 2), right_image());
+    EXPECT_EQ(read_after(r.get(), 2), right);
     EXPECT_EQ(watch.calls("clCreateBuffer"), 0U);
     EXPECT_GT(watch.calls("clCreateSubBuffer"), 20U);
   }
@@ -120,7 +121,7 @@ TEST(Scratch, HoldsEverything) {
   CALL(parian_set_scratch(r.get(), nullptr));
   EXPECT_EQ(parian_frame(r.get(), nullptr, 0, nullptr, nullptr), PARIAN_NOT_PLANNED);
   CALL(parian_plan(r.get(), nullptr));
-  EXPECT_EQ(read_after(r.get(), 2), right_image());
+  EXPECT_EQ(read_after(r.get(), 2), right);
 }
 
 TEST(Scratch, OneByteTooSmall) {
@@ -152,21 +153,43 @@ TEST(Scratch, OneByteTooSmall) {
 }
 
 TEST(Scratch, LargerFilms) {
+  constexpr std::uint32_t side = 512;
   const SmallScene scene;
+  const cl::Buffer pixels = opencl().buffer(std::size_t{16} * side * side);
+  auto image = sized<parian_image>();
+  image.buffer = pixels();
+  image.positions = 2;
+  const auto picture = [&](parian_renderer* r) {
+    cl_event done = nullptr;
+    EXPECT_EQ(parian_gather(r, nullptr, 0, &image, 0, nullptr, &done), PARIAN_SUCCESS) << parian_message();
+    const std::vector<cl::Event> wait{cl::Event(done)};
+    Rgba rgba(std::size_t{4} * side * side);
+    opencl().queue.enqueueReadBuffer(pixels, CL_TRUE, 0, 4 * rgba.size(), rgba.data(), &wait);
+    return rgba;
+  };
   const Handle r = create();
   CALL(scene.give(r.get()));
   std::size_t bytes = 0, more = 0;
   CALL(parian_scratch_size(r.get(), &bytes));
-  CALL(parian_set_scratch(r.get(), opencl().buffer(bytes)()));
+  CALL(parian_set_scratch(r.get(), opencl().buffer(std::size_t{11} << 20)()));  // too small for 256 x 256 pixels
   CALL(parian_plan(r.get(), nullptr));
-  EXPECT_EQ(parian_set_cameras(r.get(), 1, &scene.camera, 512, 512), PARIAN_OUT_OF_MEMORY);
+  EXPECT_EQ(parian_set_cameras(r.get(), 1, &scene.camera, side, side), PARIAN_OUT_OF_MEMORY);
   EXPECT_EQ(parian_frame(r.get(), nullptr, 0, nullptr, nullptr), PARIAN_NOT_PLANNED);
   CALL(parian_scratch_size(r.get(), &more));  // of the larger film
   EXPECT_GT(more, bytes);
-  CALL(parian_set_scratch(r.get(), opencl().buffer(more)()));
-  CALL(parian_plan(r.get(), nullptr));
+  Rgba pictures[2];
+  for (const std::size_t size : {std::size_t{20} << 20, more}) {  // in four windows, and at once
+    CALL(parian_set_cameras(r.get(), 1, &scene.camera, SmallScene::width, SmallScene::height));
+    CALL(parian_set_scratch(r.get(), opencl().buffer(size)()));
+    CALL(parian_plan(r.get(), nullptr));
+    CALL(parian_frame(r.get(), nullptr, 0, nullptr, nullptr));
+    CALL(parian_set_cameras(r.get(), 1, &scene.camera, side, side));
+    pictures[size == more] = picture(r.get());
+  }
+  expect_picture(pictures[0]);
+  EXPECT_EQ(pictures[0], pictures[1]);
   CALL(parian_set_cameras(r.get(), 1, &scene.camera, SmallScene::width, SmallScene::height));
-  EXPECT_EQ(read_after(r.get(), 2), right_image());
+  EXPECT_EQ(read_after(r.get(), 1), right_image());
 }
 
 /// The renderer behind the API, given the same, gives the same bits; whether stages are timed or not.

@@ -17,6 +17,7 @@ TEST(Lifetime, ReleasesInAnyOrder) {
   const SmallScene scene;
   std::array<int, 5> order{0, 1, 2, 3, 4};  // renderer, queue, context, mesh and scratch, image
   int orders = 0;
+  opencl();  // before anything is counted
   do {
     OpenclWatch watch;
     watch.build_once();
@@ -182,6 +183,7 @@ struct Cancel {
 
 TEST(Cancelling, AtAnyPoint) {
   const SmallScene scene;
+  const Rgba& right = right_image();
   OpenclWatch watch;
   watch.build_once();
   int points = 0;
@@ -216,7 +218,7 @@ TEST(Cancelling, AtAnyPoint) {
     }
     cancel = {};
     CALL(render());
-    EXPECT_EQ(rgba, right_image());
+    EXPECT_EQ(rgba, right);
   }
   EXPECT_EQ(watch.unbalanced(), "");
   RecordProperty("points", points);

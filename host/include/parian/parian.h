@@ -215,8 +215,8 @@ PARIAN_API parian_status parian_set_material(parian_renderer* renderer, const pa
  * start them anew. */
 PARIAN_API parian_status parian_set_lights(parian_renderer* renderer, size_t n, const parian_light* lights);
 /* The film has `width` x `height` pixels, 1 to 16384 each. Keeps the sums; with settings.fixed_cameras, needs a new
- * plan. A larger film needs more memory; where a scratch buffer hasn't as much, PARIAN_OUT_OF_MEMORY undoes the plan,
- * and parian_scratch_size tells what the new film needs. */
+ * plan. A larger film needs more memory; where a scratch buffer hasn't enough even for windows of it,
+ * PARIAN_OUT_OF_MEMORY undoes the plan, and parian_scratch_size tells what the new film needs. */
 PARIAN_API parian_status parian_set_cameras(parian_renderer* renderer, size_t n, const parian_camera* cameras,
                                             uint32_t width, uint32_t height);
 /* For a mesh in buffers: the next frame, once its wait list allows, reads the positions again, redraws light maps and
