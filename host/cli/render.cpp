@@ -94,7 +94,7 @@ void check_names(const RenderOptions& options, std::size_t cameras) {
 }
 
 /// The stopping loop; returns what stopped it.
-std::string render_frames(Renderer& renderer, const Settings& settings, Progress& progress) {
+std::string render_frames(Rendering& renderer, const Settings& settings, Progress& progress) {
   listen_for_interrupt();
   const Clock clock;
   double error = -1;
@@ -119,16 +119,16 @@ std::string render_frames(Renderer& renderer, const Settings& settings, Progress
   }
 }
 
-std::vector<std::string> write_images(Renderer& renderer, const Input& input, const RenderOptions& options,
+std::vector<std::string> write_images(Rendering& renderer, const Input& input, const RenderOptions& options,
                                       const Exposure& exposure) {
   PictureNotes notes;
   notes.device = renderer.device().name;
   notes.settings = fmt::format("material={} {}", input.scene.material.name, describe(input.settings));
-  notes.frames = renderer.statistics().frames;
+  notes.frames = renderer.frames();
   std::vector<std::string> written;
   const bool many = !options.input.cameras.empty();
   for (std::size_t camera = 0; camera < input.scene.cameras.size(); ++camera) {
-    const Image image = read_image(renderer, camera, input.scene.film);
+    const Image image = renderer.image(camera);
     notes.estimated_relmse = image.estimated_relmse;
     for (const std::string& output : options.outputs) {
       written.push_back(many ? numbered(output, camera) : output);
@@ -136,6 +136,19 @@ std::vector<std::string> write_images(Renderer& renderer, const Input& input, co
     }
   }
   return written;
+}
+
+/// The scene for the renderer. The geometry goes with it, since at millions of triangles each copy counts.
+Scene take_scene(Input& input) {
+  Mesh& mesh = input.scene.mesh;
+  auto positions = std::move(mesh.positions);
+  auto triangles = std::move(mesh.triangles);
+  auto normals = std::move(mesh.normals);
+  Scene scene = input.scene;
+  scene.mesh.positions = std::move(positions);
+  scene.mesh.triangles = std::move(triangles);
+  scene.mesh.normals = std::move(normals);
+  return scene;
 }
 
 void print_input(const Input& input, const DeviceInfo& device) {
@@ -159,7 +172,7 @@ void print_seconds(const Statistics& done) {
 }
 
 /// Everything after the input is loaded; fills `done` with what the renderer says and returns the pictures' names.
-std::vector<std::string> render_scene(Renderer& renderer, const Input& input, const RenderOptions& options,
+std::vector<std::string> render_scene(Rendering& renderer, const Input& input, const RenderOptions& options,
                                       const Exposure& exposure, Statistics& done) {
   std::string stopped_by;
   std::vector<std::string> written;
@@ -168,7 +181,7 @@ std::vector<std::string> render_scene(Renderer& renderer, const Input& input, co
     stopped_by = render_frames(renderer, input.settings, progress);
     written = write_images(renderer, input, options, exposure);
   }
-  done = statistics_of(renderer);
+  done = renderer.statistics();
   done.stopped_by = stopped_by;
   return written;
 }
@@ -189,19 +202,18 @@ int run_render(const RenderOptions& options) {
   std::vector<std::string> written;
   DeviceInfo device;
   Warnings warnings(input);
-  with_failures([&] {
-    Renderer renderer = make_renderer(input.scene, input.settings, options.input.device_selector(input.device));
-    renderer.plan();
-    device = device_of(renderer);
+  {
+    Rendering renderer(take_scene(input), input.settings, options.input.device_selector(input.device));
+    device = renderer.device();
     warnings.say(input.scene.mesh.warnings);
-    warnings.say(renderer.warnings());
+    warnings.say(renderer.statistics().warnings);
     if (options.verbose) print_input(input, device);
     if (options.explain || options.dry_run) {
       for (const std::string& line : renderer.explanation()) fmt::print("{}\n", line);
       std::fflush(stdout);
     }
     written = render_scene(renderer, input, options, options.exposure.empty() ? input.exposure : *exposure, done);
-  });
+  }
   warnings.say(done.warnings);
   done.warnings = warnings.said();
   done.seconds.load = loaded;

@@ -41,7 +41,7 @@ struct Bench {
 };
 
 /// Measures the device's peak and then `runs` frames of `scene`'s first camera, each with a redraw of the light maps
-/// and all levels of the pyramids, after one that isn't counted. The gather is of level 0. Throws as Renderer does.
+/// and all levels of the pyramids, after one that isn't counted. The gather is of level 0. Throws as Rendering does.
 [[nodiscard]] Bench bench(const Scene& scene, const Settings& settings, const std::string& selector,
                           std::uint32_t runs);
 

@@ -2,7 +2,7 @@
 #pragma once
 #include <array>
 
-#include "renderer.hpp"
+#include "device.hpp"
 #include "report.hpp"
 
 namespace parian {

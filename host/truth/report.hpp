@@ -99,7 +99,7 @@ struct ReportSettings {
 /// Renders `scene`'s first camera in every configuration and compares with `reference`, which has the film's size.
 /// `settings` are Parian's default for this scene: the methods share its numbers and sweeps start from them. Progress
 /// goes to `progress` as lines without an end. Configurations that the device can't hold or refuses become warnings.
-/// Throws as Renderer and compare do. Fills all but what names the input and the reference.
+/// Throws as Rendering and compare do. Fills all but what names the input and the reference.
 [[nodiscard]] Report measure(const Scene& scene, const Settings& settings, const std::string& selector,
                              const Image& reference, const ReportSettings& how,
                              const std::function<void(const std::string&)>& progress = {});

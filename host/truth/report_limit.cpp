@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "renderer.hpp"
+#include "rendering.hpp"
 
 namespace parian {
 namespace {
@@ -48,7 +48,7 @@ Image make_limit(const Scene& scene, Settings settings, const std::string& selec
   settings.pyramids = false;
   Image halves[2];
   for (Image& half : halves) {
-    Renderer renderer(scene, settings, selector);
+    Rendering renderer(scene, settings, selector);
     ++settings.seed;
     while (renderer.frames() < frames) renderer.frame();
     half = renderer.image(0);

@@ -22,7 +22,7 @@ struct Limit {
 class Limits {
  public:
   /// Of `settings`, whose seed a limit that's made steps past; `frames` are those of the longest run to hold against
-  /// it. Throws as Renderer and compare do.
+  /// it. Throws as Rendering and compare do.
   const Limit& of(const Settings& settings, std::uint32_t frames, const Scene& scene, const std::string& selector,
                   const Image& reference, std::vector<std::string>& warnings);
 

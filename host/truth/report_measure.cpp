@@ -9,7 +9,7 @@
 #include "compare.hpp"
 #include "error.hpp"
 #include "machine.hpp"
-#include "renderer.hpp"
+#include "rendering.hpp"
 #include "report.hpp"
 #include "report_limit.hpp"
 #include "report_pictures.hpp"
@@ -30,7 +30,7 @@ struct Candidate {
 /// Wall and kernel seconds and evaluations of a renderer; gathers for earlier checkpoints are taken off.
 class Meter {
  public:
-  explicit Meter(const Renderer& renderer) : renderer_(renderer), kernel_(kernel()), evaluations_(evaluations()) {}
+  explicit Meter(const Rendering& renderer) : renderer_(renderer), kernel_(kernel()), evaluations_(evaluations()) {}
 
   /// Times work that later checkpoints rest on.
   template <class F>
@@ -64,7 +64,7 @@ class Meter {
   }
   [[nodiscard]] double evaluations() const { return renderer_.statistics().evaluations; }
 
-  const Renderer& renderer_;
+  const Rendering& renderer_;
   double seconds_ = 0, kernel_ = 0, evaluations_ = 0;
 };
 
@@ -74,7 +74,7 @@ bool power_of_two(std::uint32_t n) { return (n & (n - 1)) == 0; }
 ReportRun render_run(const Scene& scene, const Settings& settings, const std::string& selector, const Image& reference,
                      const Limit& limit, std::uint32_t frames, double time, std::vector<Shot>* shots,
                      std::vector<std::string>& warnings) {
-  Renderer renderer(scene, settings, selector);
+  Rendering renderer(scene, settings, selector);
   ReportRun run;
   run.seed = settings.seed;
   run.setup_seconds = renderer.statistics().seconds.plan;
@@ -243,7 +243,7 @@ Report measure(const Scene& whole, const Settings& given, const std::string& sel
         progress(fmt::format("seed {} of {}, {} of {}: {}: relMSE {:.2g} in {:.2g} s", seed + 1, how.seeds, i + 1,
                              candidates.size(), c.name, run.checkpoints.back().relmse, run.checkpoints.back().seconds));
     }
-  const Renderer renderer(scene, defaults, selector);  // for the device's name
+  const Rendering renderer(scene, defaults, selector);  // for the device's name
   report.machine = describe_machine(renderer.device());
   report.machine.load_before = load_before;
   report.machine.load_after = load_averages();

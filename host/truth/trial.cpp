@@ -11,6 +11,7 @@
 
 #include "compare.hpp"
 #include "plan.hpp"
+#include "rendering.hpp"
 
 namespace parian {
 namespace {
@@ -86,7 +87,7 @@ Trial::Trial(const std::string& selector) : selector_(selector), compute_(select
 }
 
 Trial::Result Trial::render(const Scene& scene, const Settings& settings) const {
-  Renderer renderer(scene, settings, selector_);
+  Rendering renderer(scene, settings, selector_);
   while (renderer.frames() < settings.frames) renderer.frame();
   renderer.estimate();
   Result result{renderer.image(0), {}};

@@ -39,7 +39,7 @@ class Trial {
     Statistics statistics;
   };
   /// One frame of a scene. Throws std::runtime_error when a value of the picture isn't finite, is negative, or lies off
-  /// the object, and Error as Renderer does.
+  /// the object, and Error as Rendering does.
   [[nodiscard]] Result render(const Scene& scene, const Settings& settings) const;
   /// The ordinary scene with the ordinary settings, rendered once.
   [[nodiscard]] const Result& ordinary();

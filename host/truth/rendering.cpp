@@ -13,7 +13,7 @@ void copy(glm::dvec3 v, double (&to)[3]) {
   for (int c = 0; c < 3; ++c) to[c] = v[c];
 }
 
-void set_settings(Renderer& renderer, const Settings& s) {
+void set_settings(v0::Renderer& renderer, const Settings& s) {
   auto t = make<parian_settings>();
   t.error = s.error;
   t.layers = s.layers;
@@ -37,7 +37,7 @@ void set_settings(Renderer& renderer, const Settings& s) {
   renderer.set(t);
 }
 
-void set_mesh(Renderer& renderer, Mesh& mesh) {
+void set_mesh(v0::Renderer& renderer, Mesh& mesh) {
   static_assert(sizeof(glm::dvec3) == 3 * sizeof(double) && sizeof(glm::uvec3) == 3 * sizeof(std::uint32_t));
   auto t = make<parian_mesh>();
   t.n_positions = static_cast<std::uint32_t>(mesh.positions.size());
@@ -53,22 +53,20 @@ void set_mesh(Renderer& renderer, Mesh& mesh) {
   mesh.normals = {};
 }
 
-Seconds seconds_of(const parian_seconds& s) {
-  return {0, s.plan, s.compile, s.light_map, s.layers, s.pyramids, s.gather, s.bias, s.read, 0};
+/// Runs `f`, turning failures of the API into Error.
+template <class F>
+decltype(auto) with_errors(F&& f) {
+  try {
+    return f();
+  } catch (const Failure& failure) {
+    const ErrorKind kind = failure.status() == PARIAN_INVALID_ARGUMENT ? ErrorKind::usage
+                           : failure.status() == PARIAN_INVALID_SCENE  ? ErrorKind::input
+                                                                       : ErrorKind::device;
+    throw Error(kind, failure.what(), failure.opencl_code());
+  }
 }
 
-}  // namespace
-
-void rethrow(const Failure& failure) {
-  const ErrorKind kind = failure.status() == PARIAN_INVALID_ARGUMENT ? ErrorKind::usage
-                         : failure.status() == PARIAN_INVALID_SCENE  ? ErrorKind::input
-                                                                     : ErrorKind::device;
-  throw Error(kind, failure.what(), failure.opencl_code());
-}
-
-Renderer make_renderer(Scene& scene, const Settings& settings, const std::string& selector) {
-  Renderer renderer(selector.c_str());
-  set_settings(renderer, settings);
+void set_scene(v0::Renderer& renderer, Scene& scene) {
   set_mesh(renderer, scene.mesh);
   auto material = make<parian_material>();
   copy(scene.material.sigma_s, material.sigma_s);
@@ -91,11 +89,48 @@ Renderer make_renderer(Scene& scene, const Settings& settings, const std::string
     cameras[i].fov = scene.cameras[i].fov;
   }
   renderer.set(cameras, scene.film.x, scene.film.y);
-  return renderer;
 }
 
-DeviceInfo device_of(const Renderer& renderer) {
-  const parian_device d = renderer.device();
+Seconds seconds_of(const parian_seconds& s) {
+  return {0, s.plan, s.compile, s.light_map, s.layers, s.pyramids, s.gather, s.bias, s.read, 0};
+}
+
+}  // namespace
+
+Rendering::Rendering(Scene scene, const Settings& settings, const std::string& selector)
+    : film_(scene.film), renderer_(with_errors([&] { return v0::Renderer(selector.c_str()); })) {
+  with_errors([&] {
+    set_settings(renderer_, settings);
+    set_scene(renderer_, scene);
+    renderer_.plan();
+  });
+}
+
+void Rendering::frame() {
+  with_errors([&] { renderer_.frame(); });
+  ++frames_;
+}
+
+bool Rendering::estimate_due() const {
+  return with_errors([&] { return renderer_.estimate_due(); });
+}
+
+double Rendering::estimate() {
+  return with_errors([&] { return renderer_.estimate(); });
+}
+
+Image Rendering::image(std::size_t camera) {
+  Image image{film_.x, film_.y, std::vector<float>(std::size_t{4} * film_.x * film_.y), -1.0, {}};
+  image.estimated_relmse = with_errors([&] { return renderer_.read(camera, image.rgba); });
+  return image;
+}
+
+std::vector<std::string> Rendering::explanation() const {
+  return with_errors([&] { return renderer_.explanation(); });
+}
+
+DeviceInfo Rendering::device() const {
+  const parian_device d = renderer_.device();
   DeviceInfo info;
   info.index = d.index;
   info.name = d.name;
@@ -108,8 +143,8 @@ DeviceInfo device_of(const Renderer& renderer) {
   return info;
 }
 
-Statistics statistics_of(const Renderer& renderer) {
-  const parian_statistics s = renderer.statistics();
+Statistics Rendering::statistics() const {
+  const parian_statistics s = renderer_.statistics();
   Statistics t;
   t.frames = s.frames;
   t.estimated_relmse = s.estimated_relmse;
@@ -130,15 +165,9 @@ Statistics statistics_of(const Renderer& renderer) {
   t.bytes_planned = s.bytes_planned;
   t.nonfinite = s.nonfinite;
   t.further_view_seconds = s.further_view_seconds;
-  t.warnings = renderer.warnings();
-  for (const parian_omission& o : renderer.omissions()) t.left_out.push_back({o.what, o.why, o.unit, o.count, false});
+  t.warnings = renderer_.warnings();
+  for (const parian_omission& o : renderer_.omissions()) t.left_out.push_back({o.what, o.why, o.unit, o.count, false});
   return t;
-}
-
-Image read_image(Renderer& renderer, std::size_t camera, glm::uvec2 film) {
-  Image image{film.x, film.y, std::vector<float>(std::size_t{4} * film.x * film.y), -1.0, {}};
-  image.estimated_relmse = renderer.read(camera, image.rgba);
-  return image;
 }
 
 }  // namespace parian

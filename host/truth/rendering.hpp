@@ -1,0 +1,32 @@
+// The command line's way into the C API: a scene as it was loaded, rendered, and what the renderer says of itself.
+#pragma once
+#include <parian/parian.hpp>
+
+#include "device.hpp"
+#include "scene.hpp"
+
+namespace parian {
+
+/// A renderer of the API that takes scenes and throws Error, of the kind that a failure's status stands for.
+class Rendering {
+ public:
+  /// Plans `scene` on the device that `selector` means, as parian_create_info has it. Moving a large scene in saves
+  /// its copy.
+  Rendering(Scene scene, const Settings& settings, const std::string& selector);
+
+  void frame();
+  [[nodiscard]] std::uint32_t frames() const { return frames_; }
+  [[nodiscard]] bool estimate_due() const;
+  double estimate();
+  [[nodiscard]] Image image(std::size_t camera);
+  [[nodiscard]] DeviceInfo device() const;
+  [[nodiscard]] Statistics statistics() const;
+  [[nodiscard]] std::vector<std::string> explanation() const;
+
+ private:
+  glm::uvec2 film_;
+  std::uint32_t frames_ = 0;
+  v0::Renderer renderer_;
+};
+
+}  // namespace parian
