@@ -337,6 +337,16 @@ void require_frame(const parian_renderer& r) {
   if (r.planned->frames() == 0) throw NotPlanned{"no frame has been summed yet; call parian_frame first"};
 }
 
+/// The settings as a plan takes them. A mesh in buffers may move whatever cameras do: nothing about it is fixed.
+parian::Settings settings_of_plan(const parian_renderer& r) {
+  parian::Settings settings = r.settings;
+  if (!r.device_mesh) return settings;
+  if (settings.gather == parian::Gather::camera)
+    refuse("settings: views is PARIAN_CAMERA, where the mesh may move; give PARIAN_LAYERS, or the mesh in host memory");
+  settings.still = false;
+  return settings;
+}
+
 /// The plan, with commands going to `queue` after `wait`.
 parian::Renderer& planned(parian_renderer& r, cl_command_queue queue, cl_uint n_wait = 0,
                           const cl_event* wait = nullptr) {
@@ -535,7 +545,7 @@ parian_status parian_set_cameras(parian_renderer* renderer, size_t n, const pari
       next += given->struct_size;
     }
     parian::check_cameras(all, {width, height});
-    if (r.planned && r.settings.still) undo_plan(r);
+    if (r.planned && settings_of_plan(r).still) undo_plan(r);
     r.scene.cameras = std::move(all);
     r.scene.film = {width, height};
     r.has_cameras = true;
@@ -560,7 +570,7 @@ parian_status parian_scratch_size(parian_renderer* renderer, size_t* bytes) {
   return with(renderer, [&](parian_renderer& r) {
     if (!bytes) refuse("bytes: it is NULL; give a place for the number");
     require_complete(r);
-    parian::Settings settings = r.settings;
+    parian::Settings settings = settings_of_plan(r);
     settings.force = true;  // the caller sees to it that there is enough
     *bytes = parian::make_plan(r.scene, settings, r.compute->info()).bytes + parian::scratch_slack;
   });
@@ -578,6 +588,7 @@ parian_status parian_set_scratch(parian_renderer* renderer, cl_mem scratch) {
 parian_status parian_plan(parian_renderer* renderer, cl_command_queue queue) {
   return with(renderer, [&](parian_renderer& r) {
     require_complete(r);
+    const parian::Settings settings = settings_of_plan(r);
     r.compute->use(queue, {});
     undo_plan(r);
     r.compute->drain();  // before memory is taken anew
@@ -593,7 +604,7 @@ parian_status parian_plan(parian_renderer* renderer, cl_command_queue queue) {
     scene.lights = r.scene.lights;
     scene.cameras = r.scene.cameras;
     scene.film = r.scene.film;
-    r.planned = std::make_unique<parian::Renderer>(std::move(scene), r.settings, r.compute,
+    r.planned = std::make_unique<parian::Renderer>(std::move(scene), settings, r.compute,
                                                    r.device_mesh ? &*r.device_mesh : nullptr);
   });
 }

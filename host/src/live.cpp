@@ -1,4 +1,5 @@
 // What an embedder may change between frames, and images that stay on the device: nothing here waits or reads back.
+#include <algorithm>
 #include <cmath>
 
 #include "image_target.hpp"
@@ -53,7 +54,8 @@ void Renderer::State::measure_rate() {
     try_accumulate(passes, items);
     compute.finish();
   }
-  compute.limit("layers_accumulate", static_cast<std::size_t>(static_cast<double>(items) * longest_launch / seconds));
+  const double rate = static_cast<double>(items) / std::max(seconds, 1e-9);  // clocks may stand still for so few
+  compute.limit("layers_accumulate", static_cast<std::size_t>(rate * longest_launch));
 }
 
 void Renderer::State::apply_changes() {
@@ -129,7 +131,8 @@ void Renderer::restart() { state_->anew = true; }
 void Renderer::gather_into(std::size_t camera, const ImageTarget& target) {
   State& s = *state_;
   with_device_errors(s.compute.info(), [&] {
-    // Before an estimate says which level shows least error: a level for each quarter of sixteen frames.
+    // Before an estimate says which level shows least error: each level's texels average four of the one below, so that
+    // one is taken whose texels have the samples of sixteen frames.
     cl_uint level = s.level;
     if (s.estimated_at == 0)
       for (std::uint32_t frames = s.frame; frames < 16; frames *= 4) ++level;

@@ -204,6 +204,21 @@ TEST(MeshOnDevice, MovedPositionsStartAnew) {
   EXPECT_EQ(parian_positions_changed(on_host.get()), PARIAN_INVALID_ARGUMENT);
 }
 
+// Such a mesh may move whatever cameras do: fixed ones change nothing, and their own views can't be the layers.
+TEST(MeshOnDevice, FixedCamerasMakeNoDifference) {
+  SmallScene fixed, moving;
+  fixed.settings.fixed_cameras = 1;
+  OnDevice one(fixed), other(moving);
+  EXPECT_EQ(one.after(1), other.after(1));
+  CALL(parian_positions_changed(one.r.get()));
+  CALL(parian_positions_changed(other.r.get()));
+  EXPECT_EQ(one.after(2), other.after(2));
+  fixed.settings.views = PARIAN_CAMERA;
+  CALL(parian_set_settings(one.r.get(), &fixed.settings));
+  EXPECT_EQ(parian_plan(one.r.get(), nullptr), PARIAN_INVALID_ARGUMENT);
+  EXPECT_NE(std::string(parian_message()).find("views"), std::string::npos) << parian_message();
+}
+
 TEST(MeshOnDevice, AgreesWithTheMeshOnTheHost) {
   SmallScene scene;
   scene.settings.layers = 16;

@@ -192,7 +192,7 @@ typedef struct parian_settings {
   double disc_radius;         /* mm, with PARIAN_DISC; 0: eight effective mean free paths (0) */
   parian_views views;         /* layers, the cameras' own views as layers, or what costs less (PARIAN_AUTO) */
   uint32_t fixed_cameras;     /* not 0: cameras and film change only with a new plan, so what they don't see is left out
-                                 and their own views may be the layers (0) */
+                                 and their own views may be the layers; of no effect on a mesh in buffers (0) */
   uint32_t pyramids;          /* (1) */
   uint32_t seed;              /* (0) */
   uint32_t frames;            /* as many will be asked for at most: times samples, below 2^32, past which samples
