@@ -151,6 +151,7 @@ void Compute::use(cl_command_queue queue, std::vector<cl::Event> wait) {
     for (const cl::Event& event : wait)
       if (handle_of<cl_context>(clGetEventInfo, event(), CL_EVENT_CONTEXT) != context_())
         throw Error(ErrorKind::usage, "wait list: an event is of another context than the renderer");
+    forget_arguments();  // the caller's buffers may be others by now
     profiling_ = (queue_.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_PROFILING_ENABLE) != 0;
     book(false);
     after_.insert(after_.end(), std::make_move_iterator(wait.begin()), std::make_move_iterator(wait.end()));
@@ -216,6 +217,7 @@ void Compute::release(cl::Buffer& b) {
   if (b()) bytes_ -= b.getInfo<CL_MEM_SIZE>();
   parts_.erase(std::remove_if(parts_.begin(), parts_.end(), [&](const Part& p) { return p.buffer == b(); }),
                parts_.end());
+  forget_arguments();
   b = cl::Buffer();
 }
 
@@ -231,6 +233,7 @@ void Compute::drain() noexcept {
 }
 
 void Compute::release_all() noexcept {
+  forget_arguments();
   running_.clear();
   parts_.clear();
   limits_.clear();
@@ -271,17 +274,19 @@ void Compute::copy(const cl::Buffer& from, const cl::Buffer& to, std::size_t wor
   });
 }
 
-cl::Kernel& Compute::kernel(const char* name) {
-  auto it = kernels_.find(name);
-  if (it == kernels_.end()) it = kernels_.emplace(name, cl::Kernel(program_, name)).first;
-  return it->second;
+Compute::Prepared& Compute::prepared(const char* name) {
+  const auto it = kernels_.find(name);
+  if (it != kernels_.end()) return it->second;
+  cl::Kernel kernel(program_, name);
+  const std::size_t most_in_group = kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_);
+  return kernels_.emplace(name, Prepared{std::move(kernel), most_in_group, {}}).first->second;
 }
 
-std::size_t Compute::group_size(const cl::Kernel& kernel) const {
-  return std::bit_floor(std::min(most_in_group_, kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_)));
+std::size_t Compute::group_size(const Prepared& kernel) const {
+  return std::bit_floor(std::min(most_in_group_, kernel.most_in_group));
 }
 
-void Compute::enqueue(const char* name, const cl::Kernel& kernel, std::size_t items, Stage stage) {
+void Compute::enqueue(const char* name, const Prepared& kernel, std::size_t items, Stage stage) {
   if (cancelled_ && cancelled_()) throw Cancelled();
   const std::size_t group = group_size(kernel), global = (items + group - 1) / group * group;
   const auto limit = limits_.find(name);
@@ -289,7 +294,7 @@ void Compute::enqueue(const char* name, const cl::Kernel& kernel, std::size_t it
   for (std::size_t first = 0; first < global; first += piece) {
     const std::size_t n = std::min(piece, global - first);
     const cl::Event& done = chain([&](const auto* after, cl::Event* event) {
-      queue_.enqueueNDRangeKernel(kernel, first ? cl::NDRange(first) : cl::NullRange, cl::NDRange(n),
+      queue_.enqueueNDRangeKernel(kernel.kernel, first ? cl::NDRange(first) : cl::NullRange, cl::NDRange(n),
                                   cl::NDRange(group), after, event);
     });
     if (profiling_) running_.push_back({done, stage, name, std::min(n, items - first)});

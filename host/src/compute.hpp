@@ -101,15 +101,16 @@ class Compute {
   template <class... Args>
   void launch(const char* name, std::size_t items, Stage stage, const Args&... args) {
     if (items == 0) return;
-    cl::Kernel& kernel = this->kernel(name);
-    cl_uint i = 0;
-    (kernel.setArg(i++, args), ...);
+    Prepared& kernel = prepared(name);
+    kernel.arguments.resize(sizeof...(args));
+    std::size_t i = 0;
+    (kernel.set(i++, args), ...);
     enqueue(name, kernel, items, stage);
   }
   /// Launches of a kernel are cut into pieces of so many work-items: short ones, so that no watchdog fires.
   void limit(const std::string& kernel, std::size_t items) { limits_[kernel] = items; }
   /// Work-items that a kernel's groups have: a power of two, no more than the device can keep together.
-  [[nodiscard]] std::size_t group_size(const char* name) { return group_size(kernel(name)); }
+  [[nodiscard]] std::size_t group_size(const char* name) { return group_size(prepared(name)); }
   /// What groups have at most, from the next launch on: few sizes, since drivers compile each anew. For tests.
   void limit_groups(std::size_t items) { most_in_group_ = items; }
   /// Waits for everything, and books kernel times.
@@ -128,13 +129,34 @@ class Compute {
 
  private:
   using Pattern = std::array<cl_uint, 4>;
+  /// A kernel, what it said of itself, and the bytes of its arguments, so that those alone are set that change. A
+  /// buffer's are its handle, which after its release may be another's: then `forget_arguments`.
+  struct Prepared {
+    cl::Kernel kernel;
+    std::size_t most_in_group;
+    std::vector<std::vector<unsigned char>> arguments;
+
+    template <class T>
+    void set(std::size_t i, const T& value) {
+      static_assert(sizeof(cl::Buffer) == sizeof(cl_mem));
+      const auto* bytes = reinterpret_cast<const unsigned char*>(&value);
+      std::vector<unsigned char>& known = arguments[i];
+      if (known.size() == sizeof value && std::memcmp(known.data(), bytes, sizeof value) == 0) return;
+      known.clear();
+      kernel.setArg(static_cast<cl_uint>(i), value);
+      known.assign(bytes, bytes + sizeof value);
+    }
+  };
   cl::Buffer allocate(std::size_t bytes);
   cl::Buffer part_of_scratch(std::size_t bytes);
-  cl::Kernel& kernel(const char* name);
-  [[nodiscard]] std::size_t group_size(const cl::Kernel& kernel) const;
+  Prepared& prepared(const char* name);
+  void forget_arguments() noexcept {
+    for (auto& [name, kernel] : kernels_) kernel.arguments.clear();
+  }
+  [[nodiscard]] std::size_t group_size(const Prepared& kernel) const;
   void transfer(const cl::Buffer& b, bool to_device, std::size_t offset, std::size_t bytes, void* host);
   void assign_patterns(const cl::Buffer& b, const std::vector<Pattern>& patterns);
-  void enqueue(const char* name, const cl::Kernel& kernel, std::size_t items, Stage stage);
+  void enqueue(const char* name, const Prepared& kernel, std::size_t items, Stage stage);
   /// Calls `command` with the events to wait for and the event to make, which the next command waits for.
   template <class F>
   const cl::Event& chain(F&& command) {
@@ -167,7 +189,7 @@ class Compute {
   std::function<bool()> cancelled_;
   cl::Program program_;
   std::string built_, built_from_;
-  std::map<std::string, cl::Kernel> kernels_;
+  std::map<std::string, Prepared, std::less<>> kernels_;
   std::map<std::string, std::size_t> limits_;
   cl::Buffer scratch_;
   std::vector<Part> parts_;

@@ -19,7 +19,7 @@ constexpr float seen_cosine = 0.1F;                  // more edge-on than that c
 std::vector<std::vector<float>> sight_of(Passes& p, const std::vector<kernels::View>& views, const SurfaceSight& s) {
   Geometry& g = p.geometry;
   g.set_up.reset();  // corners take the records' place
-  const cl::Buffer points = p.compute.upload(s.points);
+  cl::Buffer points = p.compute.upload(s.points);
   const cl_uint n = static_cast<cl_uint>(s.points.size() / 2);
   constexpr std::size_t pixels = std::size_t{candidate_size} * candidate_size;
   cl::Buffer quality = p.compute.buffer<float>(2 * views.size() * n);
@@ -36,7 +36,7 @@ std::vector<std::vector<float>> sight_of(Passes& p, const std::vector<kernels::V
     first += 2 * n;
   }
   const std::vector<float> all = p.compute.read<float>(quality, 2 * views.size() * n);
-  for (cl::Buffer* b : {&quality, &nearest, &farthest}) p.compute.release(*b);
+  for (cl::Buffer* b : {&points, &quality, &nearest, &farthest}) p.compute.release(*b);
   std::vector<std::vector<float>> seen;
   for (auto at = all.begin(); at != all.end(); at += n) seen.emplace_back(at, at + n);
   return seen;
@@ -102,12 +102,11 @@ std::vector<kernels::View> place_layers(Passes& p, const std::vector<glm::dvec3>
 double layer_coverage(Passes& p, const SurfaceSight& sight) {
   const Layers& k = p.layers;
   const cl_uint n = static_cast<cl_uint>(sight.outside.size());
-  const cl::Buffer points = p.compute.upload(sight.points);
-  cl::Buffer weights = p.compute.buffer<float>(n);
+  cl::Buffer points = p.compute.upload(sight.points), weights = p.compute.buffer<float>(n);
   p.compute.launch("gather_weight", n, Stage::plan, n, points, k.views_buffer, k.level_first_buffer, k.geometry,
                    k.slots, 0U, k.count(), weights);
   const std::vector<float> weight = p.compute.read<float>(weights, n);
-  p.compute.release(weights);
+  for (cl::Buffer* b : {&points, &weights}) p.compute.release(*b);
   std::size_t visible = 0, covered = 0;
   for (std::size_t i = 0; i < n; ++i) {
     visible += sight.outside[i];
