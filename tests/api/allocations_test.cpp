@@ -29,11 +29,11 @@ namespace {
 
 constexpr std::int64_t many = std::int64_t{1} << 40;
 
-TEST(Faults, EveryAllocation) {
-  Rgba right;
+void allocations_fail(Kind kind) {
+  Rgba right, right_read;
   std::int64_t count = 0;
   {
-    Life life(Kind::host);
+    Life life(kind);
     OpenclWatch watch;
     watch.build_once();
     until_failure = many;
@@ -41,32 +41,36 @@ TEST(Faults, EveryAllocation) {
     count = many - until_failure;
     until_failure = -1;
     CALL(status);
-    right = life.rgba;
+    right = life.image();
+    right_read = life.rgba;
   }
   expect_picture(right);
   std::int64_t failed = 0;
   for (std::int64_t n = 0; n < count; n += n < 100 ? 1 : 1 + n / 40, ++failed) {
-    Life life(Kind::host);
+    Life life(kind);
     OpenclWatch watch;
     watch.build_once();
     until_failure = n;
-    const parian_status status = life.live();
+    parian_status status = life.live();
     until_failure = -1;
-    if (status == PARIAN_SUCCESS) {
-      ASSERT_EQ(life.rgba, right) << n;
-    } else {
+    if (status != PARIAN_SUCCESS) {
       ASSERT_EQ(status, PARIAN_OUT_OF_MEMORY) << n << ": " << parian_message();
       ASSERT_EQ(parian_opencl_code(), CL_SUCCESS) << n;
+      if (n % 3 == 0) status = life.renderer ? life.render() : life.live();
+      ASSERT_TRUE(status == PARIAN_SUCCESS || n % 3 != 0) << n << ", then " << parian_message();
     }
-    if (n % 3 == 0) {
-      ASSERT_EQ(life.renderer ? life.render() : life.live(), PARIAN_SUCCESS) << n << ", then " << parian_message();
-      ASSERT_EQ(life.rgba, right) << n;
+    if (status == PARIAN_SUCCESS) {
+      ASSERT_EQ(life.image(), right) << n;
+      ASSERT_EQ(life.rgba, right_read) << n;
     }
-    life.renderer.reset();
+    life.end();
     ASSERT_EQ(watch.unbalanced(), "") << n;
   }
   std::printf("%ld of %ld allocations failed one by one\n", static_cast<long>(failed), static_cast<long>(count));
 }
+
+TEST(Faults, Allocations) { allocations_fail(Kind::host); }
+TEST(Faults, AllocationsWithBuffersOfTheCaller) { allocations_fail(Kind::buffers); }
 
 }  // namespace
 }  // namespace parian::test

@@ -289,6 +289,9 @@ QUERY(clGetMemObjectInfo, cl_mem, cl_mem_info)
 QUERY(clGetProgramInfo, cl_program, cl_program_info)
 QUERY(clGetEventInfo, cl_event, cl_event_info)
 QUERY(clGetEventProfilingInfo, cl_event, cl_profiling_info)
+CODE(clGetKernelWorkGroupInfo,
+     (cl_kernel kernel, cl_device_id device, cl_kernel_work_group_info what, size_t size, void* value, size_t* needed),
+     (kernel, device, what, size, value, needed), )
 CODE(clGetProgramBuildInfo,
      (cl_program program, cl_device_id device, cl_program_build_info what, size_t size, void* value, size_t* needed),
      (program, device, what, size, value, needed), )
