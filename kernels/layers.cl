@@ -301,13 +301,14 @@ __kernel void layers_points(__constant View* views, __global const uint* restric
         sampling_centre(s.x, s.n_s, lights + l, map, boundary, density, rho, extent, level_first, levels);
 }
 
-// Some rounds of samples of one light for both halves of every point: values[2 i + half] sums them, RGB, and what was
-// there before.
+// Some rounds of samples of one light for both halves of every point: values[2 (first_value + i) + half] sums them, RGB
+// times `colour`, and what was there before.
 __kernel void layers_accumulate(__global const uint* restrict n_needed, __global const float4* restrict points,
                                 __global const float4* restrict centres, const uint l, __constant Light* lights,
                                 __global const float4* restrict map, __constant Medium* media, const Boundary boundary,
                                 const Density density, __global const float2* restrict rho, const uint seed,
-                                const uint round, const uint rounds, const uint add, __global float4* restrict values) {
+                                const uint round, const uint rounds, const uint add, const float4 colour,
+                                const uint first_value, __global float4* restrict values) {
   const uint item = (uint)get_global_id(0), n_points = n_needed[0];
   const uint items = (n_points + POINTS_OF_ITEM - 1) / POINTS_OF_ITEM;
   if (item >= 2 / HALVES_OF_ITEM * items) return;
@@ -318,10 +319,10 @@ __kernel void layers_accumulate(__global const uint* restrict n_needed, __global
   real sum[POINTS_OF_ITEM][MEDIA + 1];
   scattered_radiance(transport, l, centres + l * n_points + first, points + 2 * first, n, half_index, round, rounds,
                      sum);
-  const float3 irradiance = lights[l].irradiance.xyz;
+  const float3 irradiance = lights[l].irradiance.xyz * colour.xyz;
   for (uint k = 0; k < n; ++k) {
     const real r = sum[k][MEDIUM_R], g = sum[k][MEDIUM_G], b = sum[k][MEDIUM_B];
-    __global float4* value = values + 2 * (first + k) + half_index;
+    __global float4* value = values + 2 * (first_value + first + k) + half_index;
 #if VW == 1
     const float4 before = add ? value[0] : (float4)(0.0f);
     value[0] = before + (float4)(irradiance * (float3)(r, g, b), 0.0f);
@@ -333,6 +334,18 @@ __kernel void layers_accumulate(__global const uint* restrict n_needed, __global
         before_b + (float4)(irradiance * (float3)(sum_of_half(r.hi), sum_of_half(g.hi), sum_of_half(b.hi)), 0.0f);
 #endif
   }
+}
+
+// Values of needed texels from each light's own sums, which begin `stride` texels after those of the light before, and
+// the lights' colours.
+__kernel void layers_colour(__global const uint* restrict n_needed, __global const float4* restrict sums,
+                            const uint stride, const uint n_lights, __constant float4* colours,
+                            __global float4* restrict values) {
+  const uint i = (uint)get_global_id(0);
+  if (i >= 2 * n_needed[0]) return;
+  float4 value = (float4)(0.0f);
+  for (uint l = 0; l < n_lights; ++l) value += colours[l] * sums[2 * l * stride + i];
+  values[i] = value;
 }
 
 // For the choice of layers: how well a view and the opposite one see each point of the surface, its cosine, or 0 where

@@ -69,7 +69,7 @@ typedef struct {
 // A directional light and the two light maps (halves A and B) that sample it.
 typedef struct {
   View view;          // orthographic; back points towards the light
-  float4 irradiance;  // RGB on a surface that faces the light, divided by the samples a frame takes of each half
+  float4 irradiance;  // that is summed, RGB on a surface that faces the light, divided by a frame's samples of a half
   float sample_x[2];  // where in its pixel each half's map has its samples, in pixels
   float sample_y[2];
   uint samples;  // of each half in one frame

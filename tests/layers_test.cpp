@@ -34,6 +34,7 @@ struct LitBench : Bench {
   }
   std::vector<float4> frames(std::uint32_t count) {
     for (std::uint32_t f = 0; f < count; ++f) accumulate_layers(passes, f);
+    colour_layers(passes);
     return compute.read<float4>(passes.layers.values, 2 * n);
   }
   std::size_t n = 0;
@@ -131,7 +132,8 @@ void replay(const LitBench& b, int estimator, std::size_t point, std::uint32_t h
     }
     for (int c = 0; c < 3; ++c) {
       const std::size_t m = b.plan.medium_of[c];
-      const double e = exact(light.irradiance)[c], value = e * radius.weight * f[m];
+      const double colour = b.plan.unit_lights ? double{float(b.plan.lights[l].light.irradiance[c])} : 1.0;
+      const double e = exact(light.irradiance)[c] * colour, value = e * radius.weight * f[m];
       result.sum[c] += value;
       result.absolute[c] += std::fabs(value);
       for (const PerMedium& o : others) result.allowed[c] += e * radius.weight * std::fabs(o[m] - f[m]);
@@ -148,6 +150,7 @@ struct Case {
   const char* name;
   int lanes, estimator;
   Material material;
+  bool unit_lights = false;  // sums of each light, and other colours after them
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name << " on " << c.lanes << " lanes"; }
@@ -161,8 +164,10 @@ TEST_P(LayersReplay, SameSamplesInDouble) {
     p.lanes = static_cast<std::uint32_t>(c.lanes);
     set_option(p.options, "ESTIMATOR", c.estimator);
     p.lights[0].samples = 5, p.lights[1].samples = 3;
+    p.unit_lights = c.unit_lights;
   });
   b.passes.seed = 12345;
+  if (c.unit_lights) b.plan.lights[0].light.irradiance = {0, 7.3, 1e5};
   constexpr std::uint32_t rounds = 3;
   const std::vector<float4> values = b.frames(rounds);
   Worst worst, worst_relative;
@@ -198,21 +203,20 @@ TEST_P(LayersReplay, SameSamplesInDouble) {
   EXPECT_LE(worst.value, 1) << worst.where;
 }
 
-INSTANTIATE_TEST_SUITE_P(LanesAndEstimators, LayersReplay,
-                         testing::Values(Case{"nearest", 1, 0, two_media}, Case{"nearest", 4, 0, one_medium},
-                                         Case{"nearest", 8, 0, dense}, Case{"nearest", 16, 0, two_media},
-                                         Case{"exponential", 1, 1, one_medium}, Case{"exponential", 8, 1, two_media},
-                                         Case{"disc", 4, 2, two_media}, Case{"disc", 16, 2, one_medium},
-                                         Case{"clear", 8, 0, medium({1, 2, 3}, {0, 0, 0}, 1.3)},
-                                         Case{"nearly_opaque", 8, 0, medium({1e3, 2e3, 3e3}, {1, 2, 50}, 1.5)},
-                                         Case{"thin", 8, 0, medium({1e-3, 2e-3, 1e-2}, {1e-5, 1e-4, 1e-3}, 1.3)},
-                                         Case{"absorbing", 8, 0, medium({0.1, 0.2, 1}, {2, 3, 9}, 1.3)},
-                                         Case{"index_matched", 8, 0, medium({1, 2, 3}, {0.1, 0.2, 0.1}, 1.0)},
-                                         Case{"rarer_inside", 8, 0, medium({1, 2, 3}, {0.1, 0.2, 0.1}, 0.8)},
-                                         Case{"exponential_clear", 8, 1, medium({1, 2, 3}, {0, 0, 0}, 1.3)}),
-                         [](const auto& tested) {
-                           return fmt::format("{}_{}_{}", tested.param.name, tested.param.lanes, tested.index);
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    LanesAndEstimators, LayersReplay,
+    testing::Values(Case{"nearest", 1, 0, two_media}, Case{"nearest", 4, 0, one_medium}, Case{"nearest", 8, 0, dense},
+                    Case{"nearest", 16, 0, two_media}, Case{"exponential", 1, 1, one_medium},
+                    Case{"exponential", 8, 1, two_media}, Case{"disc", 4, 2, two_media},
+                    Case{"disc", 16, 2, one_medium}, Case{"clear", 8, 0, medium({1, 2, 3}, {0, 0, 0}, 1.3)},
+                    Case{"nearly_opaque", 8, 0, medium({1e3, 2e3, 3e3}, {1, 2, 50}, 1.5)},
+                    Case{"thin", 8, 0, medium({1e-3, 2e-3, 1e-2}, {1e-5, 1e-4, 1e-3}, 1.3)},
+                    Case{"absorbing", 8, 0, medium({0.1, 0.2, 1}, {2, 3, 9}, 1.3)},
+                    Case{"index_matched", 8, 0, medium({1, 2, 3}, {0.1, 0.2, 0.1}, 1.0)},
+                    Case{"rarer_inside", 8, 0, medium({1, 2, 3}, {0.1, 0.2, 0.1}, 0.8)},
+                    Case{"exponential_clear", 8, 1, medium({1, 2, 3}, {0, 0, 0}, 1.3)},
+                    Case{"own_sums", 1, 0, two_media, true}, Case{"own_sums", 16, 0, one_medium, true}),
+    [](const auto& tested) { return fmt::format("{}_{}_{}", tested.param.name, tested.param.lanes, tested.index); });
 
 struct MeanCase {
   const char* name;
@@ -300,6 +304,33 @@ TEST(Layers, HoldTheSurfaceInTheirOwnFrame) {
   EXPECT_GT(height.value, 0);
   EXPECT_LE(normal.value, 2e-6) << normal.where;  // twenty roundings, as in the light maps
   EXPECT_LE(height.value, 2e-6) << height.where;  // nearness is up to 3; positions of size 1, along the slope
+}
+
+TEST(Layers, EachLightHasItsOwnSumsWhereThereIsRoom) {
+  DeviceInfo device;
+  device.vector_width = 8;
+  device.global_memory = device.max_allocation = std::uint64_t{1} << 40;
+  Settings live;
+  live.still = false;
+  Settings still;
+  still.gather = Gather::layers;
+  const auto plan = [&](std::size_t lights, const Settings& settings) {
+    return make_plan(scene_of(torus(32, 16), two_media, std::vector<DirectionalLight>(lights, light_a)), settings,
+                     device);
+  };
+  EXPECT_EQ(plan(3, still).sums(), 1U);
+  EXPECT_EQ(plan(9, live).sums(), 1U);
+  EXPECT_EQ(plan(1, live).sums(), 1U);
+  const Plan room = plan(8, live);
+  EXPECT_EQ(room.sums(), 8U);
+  const std::uint64_t texels = std::uint64_t{live.layers} * live.layer_size * live.layer_size;
+  EXPECT_EQ(plan(8, live).bytes - plan(9, live).bytes + plan(9, still).bytes - plan(8, still).bytes, texels * 32 * 8);
+  device.global_memory = (room.bytes - texels * 32 * 4) / 9 * 10;
+  const Plan less = plan(8, live);
+  EXPECT_EQ(less.sums(), 1U);
+  EXPECT_LE(less.bytes, room.bytes - texels * 32 * 8);
+  device.global_memory = less.bytes / 9 * 5;
+  EXPECT_THROW((void)plan(8, live), Error);
 }
 
 TEST(Layers, TwoRunsGiveTheSameBits) {

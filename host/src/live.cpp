@@ -64,7 +64,7 @@ void Renderer::State::apply_changes() {
   if (moved) passes.film.drawn.reset();
   for (std::size_t l = 0; l < plan.lights.size(); ++l) {
     kernels::Light& light = passes.light_maps.lights[l];
-    const glm::dvec3 e = plan.lights[l].light.irradiance / static_cast<double>(plan.lights[l].samples);
+    const glm::dvec3 e = plan.summed_irradiance(l) / static_cast<double>(plan.lights[l].samples);
     light.irradiance = {static_cast<float>(e.x), static_cast<float>(e.y), static_cast<float>(e.z), 0.0F};
     if (relit) light.view = orthographic_view(sphere_points(), plan.lights[l].light.towards, passes.light_maps.size);
   }
@@ -94,8 +94,26 @@ void Renderer::set_cameras(const std::vector<Camera>& cameras, glm::uvec2 film) 
   s.cameras = std::move(views);
 }
 
+/// Where colours come last, a planned light may go dark and come on again; one that was dark when planned has no sums.
+bool Renderer::State::recolour(const std::vector<DirectionalLight>& lights) {
+  if (lights.size() != scene.lights.size() || active(scene.lights, settings).empty()) return false;
+  std::vector<DirectionalLight> now;
+  for (const PlannedLight& l : plan.lights) now.push_back(lights[l.number]);
+  if (active(now, settings).size() != active(lights, settings).size()) return false;
+  for (std::size_t l = 0; l < now.size(); ++l) {
+    DirectionalLight& light = plan.lights[l].light;
+    relit = relit || light.towards != now[l].towards;
+    if (plan.sums() > 1 && light.irradiance != now[l].irradiance)  // another picture, not the same one times a colour
+      statistics.estimated_relmse = statistics.estimated_bias_relmse = -1.0;
+    light = now[l];
+  }
+  if (now.size() == 1) colour = now[0].irradiance;
+  return true;
+}
+
 bool Renderer::set_lights(const std::vector<DirectionalLight>& lights) {
   State& s = *state_;
+  if (s.plan.unit_lights) return s.recolour(lights);
   const std::vector<DirectionalLight> now = active(lights, s.settings);
   if (now.size() != s.plan.lights.size()) return false;
   bool turned = false, same_colour = true;
@@ -137,6 +155,7 @@ void Renderer::gather_into(std::size_t camera, const ImageTarget& target) {
     if (s.estimated_at == 0)
       for (std::uint32_t frames = s.frame; frames < 16; frames *= 4) ++level;
     level = s.plan.pyramids ? std::min(level, s.passes.layers.levels - 1) : 0;
+    colour_layers(s.passes);
     build_pyramids(s.passes, level);
     const float per_position = 1.0F / static_cast<float>(target.positions);
     const glm::vec3 gain(s.colour * static_cast<double>(target.gain));

@@ -15,6 +15,15 @@ constexpr std::size_t large_items = 1024;  // work-items that draw large triangl
 cl_uint n_lights(const Passes& p) { return static_cast<cl_uint>(p.light_maps.lights.size()); }
 std::size_t pixels(const kernels::Window& w) { return std::size_t{w.width} * w.height; }
 
+kernels::float4 rgb(glm::dvec3 v) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0.0F};
+}
+
+/// What a light's samples are still to be multiplied with where lights are added up.
+kernels::float4 colour_of(const Passes& p, std::size_t l) {
+  return rgb(p.plan.sums() > 1 ? p.plan.lights[l].light.irradiance : glm::dvec3(1.0));
+}
+
 kernels::Window whole(const kernels::View& v, glm::ivec2 sample = {128, 128}) {
   kernels::Window w{};
   w.width = v.width;
@@ -66,8 +75,7 @@ void make_light_maps(Passes& p, const std::vector<glm::dvec3>& points, std::uint
     const PlannedLight& planned = p.plan.lights[l];
     kernels::Light light{};
     light.view = orthographic_view(points, planned.light.towards, size);
-    const glm::dvec3 e = planned.light.irradiance / static_cast<double>(planned.samples);
-    light.irradiance = {static_cast<float>(e.x), static_cast<float>(e.y), static_cast<float>(e.z), 0.0F};
+    light.irradiance = rgb(p.plan.summed_irradiance(l) / static_cast<double>(planned.samples));
     light.samples = planned.samples;
     light.number = planned.number;
     light.map = static_cast<cl_uint>(2 * l * texels);
@@ -164,6 +172,9 @@ void allocate_points(Passes& p, std::size_t count) {
   k.points = p.compute.buffer<kernels::float4>(2 * count);
   k.centres = p.compute.buffer<kernels::float4>(lights * count);
   k.values = p.compute.buffer<kernels::float4>(2 * (count + coarse));
+  if (p.plan.sums() == 1) return;
+  k.sums = p.compute.buffer<kernels::float4>(2 * count * lights);
+  k.colours = p.compute.buffer<kernels::float4>(lights);
 }
 
 void set_needed(Passes& p, const std::vector<cl_uint>& needed) {
@@ -202,27 +213,40 @@ std::size_t items_of(const Passes& p, std::size_t points) {
 
 /// At points of which the device knows how many there are, going by `items` for no more.
 void launch_accumulate(Passes& p, const cl::Buffer& n, std::size_t items, const cl::Buffer& points,
-                       const cl::Buffer& centres, std::uint32_t round, std::uint32_t rounds, cl_uint add,
-                       const cl::Buffer& values, Stage stage) {
+                       const cl::Buffer& centres, cl_uint l, std::uint32_t round, std::uint32_t rounds, cl_uint add,
+                       const kernels::float4& colour, cl_uint first_value, const cl::Buffer& values, Stage stage) {
+  p.compute.launch("layers_accumulate", items, stage, n, points, centres, l, p.light_maps.lights_buffer,
+                   p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.seed, round, rounds,
+                   add, colour, first_value, values);
+}
+
+/// The round number `frame` of the layers' texels, of each light, to its own sums or to those of all.
+void accumulate_texels(Passes& p, std::size_t items, std::uint32_t frame, Stage stage) {
+  const Layers& k = p.layers;
+  const bool own = p.plan.sums() > 1;
   for (cl_uint l = 0; l < n_lights(p); ++l)
-    p.compute.launch("layers_accumulate", items, stage, n, points, centres, l, p.light_maps.lights_buffer,
-                     p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.seed, round,
-                     rounds, l > 0 ? 1U : add, values);
+    launch_accumulate(p, k.n_needed, items, k.points, k.centres, l, frame, 1, frame > 0 || (l > 0 && !own) ? 1 : 0,
+                      rgb(glm::dvec3(1.0)), own ? l * k.n_points : 0, own ? k.sums : k.values, stage);
 }
 
 }  // namespace
 
 std::size_t accumulate_items(const Passes& p) { return items_of(p, p.layers.n_points); }
 
-void try_accumulate(Passes& p, std::size_t items) {
-  const Layers& k = p.layers;
-  launch_accumulate(p, k.n_needed, items, k.points, k.centres, 0, 1, 0, k.values, Stage::plan);
-}
+void try_accumulate(Passes& p, std::size_t items) { accumulate_texels(p, items, 0, Stage::plan); }
 
 void accumulate_layers(Passes& p, std::uint32_t frame) {
+  accumulate_texels(p, accumulate_items(p), frame, Stage::layers);
+}
+
+void colour_layers(Passes& p) {
   const Layers& k = p.layers;
-  launch_accumulate(p, k.n_needed, accumulate_items(p), k.points, k.centres, frame, 1, frame > 0 ? 1 : 0, k.values,
-                    Stage::layers);
+  if (p.plan.sums() == 1) return;
+  std::vector<kernels::float4> colours;
+  for (std::size_t l = 0; l < p.plan.lights.size(); ++l) colours.push_back(colour_of(p, l));
+  p.compute.assign(k.colours, colours);
+  p.compute.launch("layers_colour", std::size_t{2} * k.n_points, Stage::layers, k.n_needed, k.sums, k.n_points,
+                   n_lights(p), k.colours, k.values);
 }
 
 void build_pyramids(Passes& p, std::uint32_t level) {
@@ -247,7 +271,9 @@ void launch_direct(Passes& p, const kernels::View& view, const kernels::Window& 
     p.compute.launch("gather_points", most, stage, view, f.ids, window, g.positions, g.triangles, g.normals,
                      m.lights_buffer, m.map, p.plan.boundary, p.plan.density.parameters, p.rho, m.extent, m.level_first,
                      m.levels, n_lights(p), first, most, f.direct, f.n_direct, f.n_held, f.points, f.centres);
-    launch_accumulate(p, f.n_held, items_of(p, most), f.points, f.centres, round, rounds, 0, f.values, stage);
+    for (cl_uint l = 0; l < n_lights(p); ++l)
+      launch_accumulate(p, f.n_held, items_of(p, most), f.points, f.centres, l, round, rounds, l > 0 ? 1 : 0,
+                        colour_of(p, l), 0, f.values, stage);
     p.compute.launch("gather_direct", most, stage, f.n_held, first, f.direct, f.points, f.values,
                      sign / static_cast<float>(rounds), sets, all, f.sums);
   }

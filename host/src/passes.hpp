@@ -36,7 +36,8 @@ struct Layers {
   cl_uint levels = 1;
   // Once the needed texels are known: how many and which, and what belongs to each.
   cl::Buffer n_needed, needed, points, centres, values;
-  cl_uint n_points = 0;  ///< how many the buffers hold; the device goes by n_needed
+  cl::Buffer sums, colours;  ///< if each light has its own: values are made of them
+  cl_uint n_points = 0;      ///< how many the buffers hold; the device goes by n_needed
   [[nodiscard]] cl_uint count() const { return static_cast<cl_uint>(views.size()); }
 };
 
@@ -101,6 +102,9 @@ void accumulate_layers(Passes& p, std::uint32_t frame);
 /// Its work-items, and the first frame's samples of some of them, to see how long they take.
 [[nodiscard]] std::size_t accumulate_items(const Passes& p);
 void try_accumulate(Passes& p, std::size_t items);
+
+/// Values as the lights' colours are now, where these come last.
+void colour_layers(Passes& p);
 
 /// Pass 3: levels 1 to `level`.
 void build_pyramids(Passes& p, std::uint32_t level);

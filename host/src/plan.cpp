@@ -198,13 +198,14 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
   }
   const std::uint64_t records = triangles * plan.slots * sizeof(kernels::RasterTriangle);
   const std::uint64_t maps = plan.lights.size() * 2 * map * 16;
-  const std::uint64_t values = all_levels * 32;
+  const std::uint64_t values = all_levels * 32, sums = plan.sums() > 1 ? texels * 32 * plan.sums() : 0;
   const std::uint64_t sight = plan.gather == Gather::layers && !scene.on_device ? sight_bytes(settings.layers) : 0;
   const std::uint64_t live = (settings.still ? 0 : texels * 4) + (scene.on_device ? positions * 12 : 0);
   const std::uint64_t bytes = live + positions * 16 + triangles * (12 + 36) + records + triangles * plan.slots * 4 +
                               maps + plan.lights.size() * map * 11 + map * 8 + texels * 12 + all_levels * 20 + values +
-                              texels * (32 + 16 * plan.lights.size()) + sight + (std::uint64_t{4} << 20);
-  const std::uint64_t largest = std::max({records, maps, values, texels * 32, texels * 16 * plan.lights.size(), sight});
+                              sums + texels * (32 + 16 * plan.lights.size()) + sight + (std::uint64_t{4} << 20);
+  const std::uint64_t largest =
+      std::max({records, maps, values, sums, texels * 32, texels * 16 * plan.lights.size(), sight});
   const auto too_large = [&] {
     return plan.bytes > device.global_memory / 10 * 9 || plan.largest > device.max_allocation;
   };
@@ -212,10 +213,10 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
   for (plan.window = window_limit; plan.window >= smallest_window; plan.window /= 2) {
     const std::uint64_t pixels =
         std::uint64_t{std::min(scene.film.x, plan.window)} * std::min(scene.film.y, plan.window);
-    const std::uint64_t sums = pixels * 32 * (plan.pyramids ? 3 : 1);
-    plan.largest = std::max(largest, sums);
-    plan.bytes =
-        bytes + std::min<std::uint64_t>(pixels, direct_points) * (64 + 16 * plan.lights.size()) + sums + pixels * 36;
+    const std::uint64_t film_sums = pixels * 32 * (plan.pyramids ? 3 : 1);
+    plan.largest = std::max(largest, film_sums);
+    plan.bytes = bytes + std::min<std::uint64_t>(pixels, direct_points) * (64 + 16 * plan.lights.size()) + film_sums +
+                 pixels * 36;
     if (!too_large()) break;
   }
   plan.window = std::max(plan.window, smallest_window);
@@ -223,6 +224,10 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
   constexpr std::uint64_t index_limit = std::uint64_t{1} << 30;  // texels and triangles are numbered in 32 bits
   const bool too_many = all_levels > index_limit || plan.lights.size() * 2 * map > index_limit ||
                         triangles * plan.slots > index_limit / 4;
+  if ((too_many || too_large() || texels * plan.sums() > index_limit) && plan.sums() > 1) {
+    plan.unit_lights = false;
+    return plan_memory(plan, scene, settings, device);
+  }
   if (too_many || (too_large() && !settings.force))
     throw Error(
         ErrorKind::device,
@@ -293,6 +298,7 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
   plan.boundary = boundary(scene.material.ior);
   plan.density = density_table(plan.media, settings.disc_radius / plan.space.radius);
   plan_lights(plan, scene, settings);
+  plan.unit_lights = !settings.still && plan.lights.size() <= most_sums;
 
   plan.clipping = kept(settings, "clipping") || !settings.still;  // who knows where a camera will go
   for (const Camera& camera : scene.cameras)

@@ -26,6 +26,7 @@ struct Plan {
   kernels::Boundary boundary{};
   DensityTable density;
   std::vector<PlannedLight> lights;
+  bool unit_lights = false;        ///< what is summed is of lights of irradiance 1, whose colours come last
   Gather gather = Gather::layers;  ///< not automatic any more
   bool clipping = false;
   bool pyramids = true;
@@ -39,6 +40,12 @@ struct Plan {
   std::vector<Omission> left_out;  ///< evaluations are counted per frame
   std::vector<std::string> warnings;
 
+  /// What is summed of a light.
+  [[nodiscard]] glm::dvec3 summed_irradiance(std::size_t l) const {
+    return unit_lights ? glm::dvec3(1.0) : lights[l].light.irradiance;
+  }
+  /// Sums that each texel has: one of each light where colours come last, since these differ.
+  [[nodiscard]] std::uint32_t sums() const { return unit_lights ? static_cast<std::uint32_t>(lights.size()) : 1; }
   /// Channels that S_d is evaluated for.
   [[nodiscard]] std::uint32_t channels() const { return static_cast<std::uint32_t>(media.size()); }
 };
@@ -56,6 +63,9 @@ inline constexpr std::uint64_t scratch_slack = 1 << 20;
 
 /// True when `settings` forces the omission `name` off.
 [[nodiscard]] bool kept(const Settings& settings, const std::string& name);
+
+/// Lights whose sums are kept one by one, at most.
+inline constexpr std::size_t most_sums = 8;
 
 /// Film windows that are gathered at once, in pixels per side: the largest, and the smallest where memory is short.
 inline constexpr std::uint32_t window_limit = 2048, smallest_window = 256;

@@ -31,6 +31,7 @@ void Renderer::State::prepare() {
     Timer timer(statistics.seconds.plan);
     for (auto& doubt : require_sound(compute, settings, plan.lanes)) plan.warnings.push_back(doubt);
     passes.seed = settings.seed;
+    if (plan.unit_lights && plan.lights.size() == 1) colour = plan.lights[0].light.irradiance;
     for (const Camera& camera : scene.cameras) cameras.push_back(pinhole_view(camera, plan.space, scene.film));
     if (device_mesh) {
       allocate_geometry(passes, scene.on_device->positions, scene.on_device->triangles);
@@ -247,6 +248,7 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
     h.b.resize(film);
     h.alpha.resize(film);
   }
+  colour_layers(passes);
   if (plan.pyramids) {
     Timer timer(statistics.seconds.pyramids);
     const std::uint32_t all = passes.layers.levels - 1, read = *std::max_element(levels.begin(), levels.end());

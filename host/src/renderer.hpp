@@ -44,8 +44,8 @@ class Renderer {
   void frame();
   /// Without `settings.still`: other cameras, another film; what was summed stays.
   void set_cameras(const std::vector<Camera>& cameras, glm::uvec2 film);
-  /// Other colours of lights, and without `settings.still` other directions. Rescales what was summed, or starts anew;
-  /// false when only a new plan will do.
+  /// Other colours of lights, and without `settings.still` other directions. Keeps what was summed, where each light
+  /// has its own sums or all change alike, or starts anew; false when only a new plan will do.
   bool set_lights(const std::vector<DirectionalLight>& lights);
   /// The mesh on the device has moved: the next frame reads it again, and starts anew.
   void positions_changed();

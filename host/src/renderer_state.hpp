@@ -60,7 +60,7 @@ struct Renderer::State {
   bool moved = false;      // the mesh
   bool relit = false;      // directions of lights
   bool anew = false;       // sums start again
-  glm::dvec3 colour{1.0};  // of the lights, relative to what has been summed
+  glm::dvec3 colour{1.0};  // of the lights, relative to the values of what has been summed
 
   std::uint64_t fallback_pixels = 0;  // of the last gather
   double direct_evaluations = 0.0;    // at pixels themselves
@@ -81,6 +81,7 @@ struct Renderer::State {
   [[nodiscard]] std::vector<kernels::View> placed_layers(SurfaceSight& sight);
   void measure_rate();
   void apply_changes();
+  bool recolour(const std::vector<DirectionalLight>& lights);
   void count_layers(std::size_t covered, std::size_t needed);
   void allocate_film();
   [[nodiscard]] LayerRange layers_of(std::size_t camera) const;

@@ -25,6 +25,7 @@ TEST(Commands, QueuesOfBothKindsGiveTheSameBits) {
 TEST(Commands, FramesAndGathersNeitherWaitNorRead) {
   SmallScene scene;
   scene.settings.samples = 64;  // light maps are shifted every other frame
+  scene.lights.push_back(SmallScene::light({1, 0.2, 0.4}, 3.0));
   OnDevice mesh(scene, opencl().unordered());
   const Pixels pixels;
   OpenclWatch watch;
@@ -44,8 +45,12 @@ TEST(Commands, FramesAndGathersNeitherWaitNorRead) {
       CALL(parian_positions_changed(mesh.r.get()));
     }
     if (i == 6) {
-      scene.lights = {SmallScene::light({-0.7, 0.5, -0.3}, 3.0)};
-      CALL(parian_set_lights(mesh.r.get(), 1, scene.lights.data()));
+      scene.lights[0] = SmallScene::light({-0.7, 0.5, -0.3}, 3.0);
+      CALL(parian_set_lights(mesh.r.get(), 2, scene.lights.data()));
+    }
+    if (i == 8) {
+      scene.lights[1].irradiance[0] = 0.1;
+      CALL(parian_set_lights(mesh.r.get(), 2, scene.lights.data()));
     }
     if (i == 9) {
       scene.camera.eye[0] = 30.0;

@@ -8,9 +8,10 @@
 namespace parian::test {
 
 /// How the mesh is given, what it's looked up in, and where commands go: a mesh in host memory in layers that are
-/// placed, and one of the caller's queues; in buffers of the caller's, as the scratch memory is, and the renderer's own
-/// queue; or in host memory in the fixed camera's own view, stages timed, and both kinds of queue. Placing takes long,
-/// so that the first life ends with its picture in the caller's buffer; the others are estimated and read, too.
+/// placed, two lights, and one of the caller's queues; in buffers of the caller's, as the scratch memory is, and the
+/// renderer's own queue; or in host memory in the fixed camera's own view, stages timed, and both kinds of queue.
+/// Placing takes long, so that the first life ends with its picture in the caller's buffer; the others are estimated
+/// and read, too.
 enum class Kind { host, buffers, fixed };
 
 /// A renderer's life: made, described, planned, two frames, gathered, estimated and read. Once it is there it takes no
@@ -25,6 +26,7 @@ class Life {
     scene_.settings.keep = "clipping";  // one program for all
     scene_.settings.fixed_cameras = scene_.settings.time_stages = kind == Kind::fixed;
     if (kind == Kind::fixed) scene_.settings.views = PARIAN_CAMERA;
+    if (kind == Kind::host) scene_.lights.push_back(SmallScene::light({1, 0.2, 0.4}, 3.0));
     rgba.resize(Pixels::count * 4);
   }
   ~Life() { end(); }

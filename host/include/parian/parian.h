@@ -210,9 +210,10 @@ PARIAN_API parian_status parian_default_settings(parian_settings* settings);
 PARIAN_API parian_status parian_set_settings(parian_renderer* renderer, const parian_settings* settings);
 PARIAN_API parian_status parian_set_mesh(parian_renderer* renderer, const parian_mesh* mesh);
 PARIAN_API parian_status parian_set_material(parian_renderer* renderer, const parian_material* material);
-/* Another number of lights, or one that goes dark or comes on, needs a new plan. Another direction redraws that light's
- * maps and starts the sums anew; irradiance of all lights times the same colour rescales the sums, other changes of it
- * start them anew. */
+/* Another irradiance keeps the sums; another direction redraws that light's maps and starts them anew; another number
+ * of lights, or one that comes on and was dark when planned, needs a new plan. Of more than eight lights, of lights
+ * whose own sums the device has no memory for, and with settings.fixed_cameras, irradiance keeps the sums if that of
+ * all changes by the same colour and starts them anew if not, and a light that goes dark needs a new plan. */
 PARIAN_API parian_status parian_set_lights(parian_renderer* renderer, size_t n, const parian_light* lights);
 /* The film has `width` x `height` pixels, 1 to 16384 each. Keeps the sums; with settings.fixed_cameras, needs a new
  * plan. A larger film needs more memory; where a scratch buffer hasn't enough even for windows of it,
