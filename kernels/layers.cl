@@ -250,23 +250,31 @@ static Transport make_transport(__constant Light* lights, __global const float4*
 }
 
 // Geometry of every texel of one layer, (n_g in the layer's frame, q), its triangle, and slot 0 (covered) or NO_SLOT
-// (empty).
-__kernel void layers_resolve(const View view, __global const uint* restrict ids,
+// (empty): VW texels to a work-item.
+__kernel void layers_resolve(const View view, const Window window, __global const uint* restrict ids,
                              __global const float4* restrict positions, __global const uint* restrict triangles,
                              __global const float* restrict normals, const uint first,
                              __global uint* restrict layer_ids, __global float4* restrict geometry,
                              __global uint* restrict slots) {
-  const uint i = (uint)get_global_id(0);
-  if (i >= view.width * view.height) return;
-  float4 texel = (float4)(0.0f);
-  if (ids[i] != NO_TRIANGLE) {
-    const float px = (float)(i % view.width) + 0.5f, py = (float)(i / view.width) + 0.5f;
-    const Surface s = surface_at(view, px, py, ids[i], positions, triangles, normals);
-    texel = (float4)(to_frame(view, s.n_g), film_coordinates(view, view_coordinates(view, s.x)).z);
+  const uint i = (uint)get_global_id(0) * VW, n = window.width * window.height;
+  if (i >= n) return;
+  mask empty;
+  const ureal id = triangles_at(ids, i, n, &empty);
+  real3 n_g = uniform3((float4)(0.0f));
+  real q = real_splat(0.0f);
+  if (!mask_all(empty)) {
+    real px, py;
+    film_samples(window, i, &px, &py);
+    const Surface s = surface_at(view, px, py, id, positions, triangles, normals);
+    n_g = real3_select(empty, n_g, to_frame_wide(view, s.n_g));
+    const real z = real3_dot(real3_sub(s.x, uniform3(view.origin)), uniform3(view.back));
+    q = real_select(empty, q, view.near_distance > 0.0f ? -1.0f / z : z + 2.0f);
   }
-  layer_ids[first + i] = ids[i];
-  geometry[first + i] = texel;
-  slots[first + i] = ids[i] != NO_TRIANGLE ? 0 : NO_SLOT;
+  for (uint k = 0; k < VW && i + k < n; ++k) {
+    layer_ids[first + i + k] = ids[i + k];
+    geometry[first + i + k] = (float4)(ELEMENT(n_g.x, k), ELEMENT(n_g.y, k), ELEMENT(n_g.z, k), ELEMENT(q, k));
+    slots[first + i + k] = ids[i + k] != NO_TRIANGLE ? 0 : NO_SLOT;
+  }
 }
 
 // Lists all covered texels, in whatever order: nothing depends on where in the list a texel stands.
@@ -292,13 +300,13 @@ __kernel void layers_points(__constant View* views, __global const uint* restric
   if (i >= n_points) return;
   const uint texel = needed[i], size = views[0].width * views[0].height, layer = texel / size, t = texel % size;
   const View view = views[layer];
-  const float px = (float)(t % view.width) + 0.5f, py = (float)(t / view.width) + 0.5f;
-  const Surface s = surface_at(view, px, py, ids[texel], positions, triangles, normals);
-  points[2 * i] = (float4)(s.x, as_float((view.number * size + t) | POINT_BITS));
-  points[2 * i + 1] = (float4)(s.n_s, 0.0f);
+  const Point p = point_at(view, (float)(t % view.width) + 0.5f, (float)(t / view.width) + 0.5f, ids[texel], positions,
+                           triangles, normals);
+  points[2 * i] = (float4)(p.x, as_float((view.number * size + t) | POINT_BITS));
+  points[2 * i + 1] = (float4)(p.n_s, 0.0f);
   for (uint l = 0; l < n_lights; ++l)
     centres[l * n_points + i] =
-        sampling_centre(s.x, s.n_s, lights + l, map, boundary, density, rho, extent, level_first, levels);
+        sampling_centre(p.x, p.n_s, lights + l, map, boundary, density, rho, extent, level_first, levels);
 }
 
 // Some rounds of samples of one light for both halves of every point: values[2 (first_value + i) + half] sums them, RGB

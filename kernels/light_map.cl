@@ -12,28 +12,37 @@ static float3 to_frame(View view, float3 v) {
   return (float3)(dot(v, view.right.xyz), dot(v, view.down.xyz), dot(v, view.back.xyz));
 }
 
+static real3 to_frame_wide(View view, real3 v) {
+  return real3_make(real3_dot(v, uniform3(view.right)), real3_dot(v, uniform3(view.down)),
+                    real3_dot(v, uniform3(view.back)));
+}
+
+// VW texels to a work-item.
 __kernel void light_map_resolve(const View view, const Window window, __global const uint* restrict ids,
                                 __global const float4* restrict positions, __global const uint* restrict triangles,
                                 __global const float* restrict normals, const uint first,
                                 __global float4* restrict map) {
-  const uint i = (uint)get_global_id(0);
-  if (i >= window.width * window.height) return;
-  float4 texel = (float4)(UNLIT, 0.0f, 0.0f, 0.0f);
-  if (ids[i] != NO_TRIANGLE) {
-    const float px = (float)(i % window.width) + (float)window.sample_x / SUBPIXELS;
-    const float py = (float)(i / window.width) + (float)window.sample_y / SUBPIXELS;
-    const Surface s = surface_at(view, px, py, ids[i], positions, triangles, normals);
-    const float3 n_g = to_frame(view, s.n_g);
-    const float steepness = 1.0f / fmax(n_g.z, MIN_COSINE_OF_REBUILD);
-    const float3 n = to_frame(view, s.n_s);
-    const real3 n_s = bend_normal(real3_make(real_splat(n.x), real_splat(n.y), real_splat(n.z)),
-                                  real3_make(real_splat(0.0f), real_splat(0.0f), real_splat(1.0f)));
-    const uint n_x = (uint)convert_int_rte(LANE(n_s.x, 0) * 32767.0f) & 0xffffu;
-    const uint n_y = (uint)convert_int_rte(LANE(n_s.y, 0) * 32767.0f) & 0xffffu;
-    texel = (float4)(dot(s.x - view.origin.xyz, view.back.xyz), -n_g.x * steepness, -n_g.y * steepness,
-                     as_float(n_x | n_y << 16));
+  const uint i = (uint)get_global_id(0) * VW, n = window.width * window.height;
+  if (i >= n) return;
+  mask empty;
+  const ureal id = triangles_at(ids, i, n, &empty);
+  real height = real_splat(UNLIT), slope_x = real_splat(0.0f), slope_y = slope_x, normal = slope_x;
+  if (!mask_all(empty)) {
+    real px, py;
+    film_samples(window, i, &px, &py);
+    const Surface s = surface_at(view, px, py, id, positions, triangles, normals);
+    const real3 n_g = to_frame_wide(view, s.n_g);
+    const real steepness = -1.0f / real_max(n_g.z, real_splat(MIN_COSINE_OF_REBUILD));
+    const real3 towards = real3_make(real_splat(0.0f), real_splat(0.0f), real_splat(1.0f));
+    const real3 n_s = bend_normal(to_frame_wide(view, s.n_s), towards);
+    const mask n_x = round_to_mask(n_s.x * 32767.0f) & 0xffff, n_y = round_to_mask(n_s.y * 32767.0f);
+    height = real_select(empty, height, real3_dot(real3_sub(s.x, uniform3(view.origin)), uniform3(view.back)));
+    slope_x = real_select(empty, slope_x, n_g.x * steepness);
+    slope_y = real_select(empty, slope_y, n_g.y * steepness);
+    normal = real_select(empty, normal, as_real(n_x | n_y << 16));
   }
-  map[first + i] = texel;
+  for (uint k = 0; k < VW && i + k < n; ++k)
+    map[first + i + k] = (float4)(ELEMENT(height, k), ELEMENT(slope_x, k), ELEMENT(slope_y, k), ELEMENT(normal, k));
 }
 
 // Level 0 of the height pyramid: (lowest, highest) of each texel's plane within half a texel; an empty node has

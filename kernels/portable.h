@@ -49,6 +49,8 @@ KERNEL_HEADER_END
 #define CONSTANTS(T) T
 // Before a loop over a private array: a GPU keeps the array in registers once every index is a constant.
 #define UNROLL _Pragma("unroll")
+// Before a loop whose rounds a GPU should not have in its registers side by side.
+#define ROLLED _Pragma("nounroll")
 // First in a block of which nothing steers control flow: products and sums may be fused.
 #define CONTRACT _Pragma("OPENCL FP_CONTRACT ON")
 #define PARALLEL_LIMIT 1e-12f
@@ -96,29 +98,46 @@ typedef uint16 ureal;
 #define convert_real(x) WIDE(convert_float)(x)
 #define convert_ureal(x) WIDE(convert_uint)(x)
 #define convert_mask(x) WIDE(convert_int)(x)
+#if VW == 1
+#define round_to_mask(x) convert_int_rte(x)
+#else
+#define round_to_mask(x) PASTE(PASTE(convert_int, VW), _rte)(x)
+#endif
 
+// mask_all tells whether something is so in all lanes, lanes_of in which, a bit for each; the built-in all() tests one
+// by one on some CPU drivers.
+//
 // Masks are never negated as vectors: Oclgrind 21.10 negates them wrongly. What isn't so in some lane isn't so in all.
 //
 // Lanes: the lower half of them takes samples of half A, the upper one of half B; with one lane a work-item has either.
 // LANES numbers them within their half. READ_PAIRS and READ_FOURS read a float2 or float4 per lane at its own index, of
-// which X, Y, Z, W are vectors of the components: loads of whole elements, then transposed with two-operand shuffles,
-// which every compiler makes good code of.
+// which X, Y, Z, W (READ_XYZ: but W) are vectors of the components: loads of whole elements, then transposed with
+// two-operand shuffles, which every compiler makes good code of. SIDE_BY_SIDE numbers all lanes, and OF_EACH lists
+// something for each.
 #define INDEX(index, lane) (((const uint*)&(index))[lane])
+#define ELEMENT(v, lane) (((const float*)&(v))[lane])
 #if VW == 1
+#define SIDE_BY_SIDE 0u
+#define OF_EACH(read) read(0)
 #define mask_all(m) (m)
+#define lanes_of(m) ((m) ? 1u : 0u)
 #define LANES 0u
 #define LANE(v, lane) (v)
 #define READ_PAIRS(array, index, X, Y) \
   const float2 pair_ = array[index];   \
   const real X = pair_.x, Y = pair_.y;
+#define READ_XYZ(array, index, X, Y, Z) \
+  const float4 four_ = array[index];    \
+  const real X = four_.x, Y = four_.y, Z = four_.z;
 #define READ_FOURS(array, index, X, Y, Z, W) \
-  const float4 four_ = array[index];         \
-  const real X = four_.x, Y = four_.y, Z = four_.z, W = four_.w;
+  READ_XYZ(array, index, X, Y, Z)            \
+  const real W = four_.w;
 #else
-#define mask_all(m) all((m).lo&(m).hi)  // with half the tests, which some CPU drivers make one by one
 #define LANE(v, lane) ((v).s##lane)
 #if VW == 4
 #define LANES ((uint4)(0, 1, 0, 1))
+#define SIDE_BY_SIDE ((uint4)(0, 1, 2, 3))
+#define OF_EACH(read) read(0), read(1), read(2), read(3)
 #define BOTH_HALVES(type, a, b) ((type##4)((type##2)(a), (type##2)(b)))
 #define PAIRS_FROM(read, k) read(k), read(k + 1)
 #define FOURS_FROM(read, k) read(k)
@@ -128,6 +147,8 @@ typedef uint16 ureal;
 #define LAST_OF(a, b) ((float4)(a.s23, b.s23))
 #elif VW == 8
 #define LANES ((uint8)(0, 1, 2, 3, 0, 1, 2, 3))
+#define SIDE_BY_SIDE ((uint8)(0, 1, 2, 3, 4, 5, 6, 7))
+#define OF_EACH(read) read(0), read(1), read(2), read(3), read(4), read(5), read(6), read(7)
 #define BOTH_HALVES(type, a, b) ((type##8)((type##4)(a), (type##4)(b)))
 #define PAIRS_FROM(read, k) read(k), read(k + 1), read(k + 2), read(k + 3)
 #define FOURS_FROM(read, k) read(k), read(k + 4)
@@ -137,6 +158,10 @@ typedef uint16 ureal;
 #define LAST_OF(a, b) ((float8)(a.s23, b.s23, a.s67, b.s67))
 #else
 #define LANES ((uint16)(0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7))
+#define SIDE_BY_SIDE ((uint16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
+#define OF_EACH(read)                                                                                           \
+  read(0), read(1), read(2), read(3), read(4), read(5), read(6), read(7), read(8), read(9), read(10), read(11), \
+      read(12), read(13), read(14), read(15)
 #define BOTH_HALVES(type, a, b) ((type##16)((type##8)(a), (type##8)(b)))
 #define PAIRS_FROM(read, k) \
   read(k), read(k + 1), read(k + 2), read(k + 3), read(k + 4), read(k + 5), read(k + 6), read(k + 7)
@@ -151,13 +176,39 @@ typedef uint16 ureal;
 #define READ_PAIRS(array, index, X, Y)                                                                     \
   const real low_ = (real)(PAIRS_FROM(READ_ELEMENT, 0)), high_ = (real)(PAIRS_FROM(READ_ELEMENT, VW / 2)); \
   const real X = (real)(low_.even, high_.even), Y = (real)(low_.odd, high_.odd);
-#define READ_FOURS(array, index, X, Y, Z, W)                                                             \
+#define READ_XYZ(array, index, X, Y, Z)                                                                  \
   const real row_0_ = (real)(FOURS_FROM(READ_ELEMENT, 0)), row_1_ = (real)(FOURS_FROM(READ_ELEMENT, 1)); \
   const real row_2_ = (real)(FOURS_FROM(READ_ELEMENT, 2)), row_3_ = (real)(FOURS_FROM(READ_ELEMENT, 3)); \
   const real low_01_ = LOW_OF(row_0_, row_1_), low_23_ = LOW_OF(row_2_, row_3_);                         \
   const real high_01_ = HIGH_OF(row_0_, row_1_), high_23_ = HIGH_OF(row_2_, row_3_);                     \
   const real X = FIRST_OF(low_01_, low_23_), Y = LAST_OF(low_01_, low_23_);                              \
-  const real Z = FIRST_OF(high_01_, high_23_), W = LAST_OF(high_01_, high_23_);
+  const real Z = FIRST_OF(high_01_, high_23_);
+#define READ_FOURS(array, index, X, Y, Z, W) \
+  READ_XYZ(array, index, X, Y, Z)            \
+  const real W = LAST_OF(high_01_, high_23_);
+#endif
+
+#if VW > 1
+#if VW == 4
+#define FOLD(m, op) ((m).lo op(m).hi)
+SHARED uint lanes_of(mask m) {
+  const int2 bits = FOLD(m & (int4)(1, 2, 4, 8), |);
+#elif VW == 8
+#define FOLD(m, op) (((m).lo op(m).hi).lo op((m).lo op(m).hi).hi)
+SHARED uint lanes_of(mask m) {
+  const int2 bits = FOLD(m & (int8)(1, 2, 4, 8, 16, 32, 64, 128), |);
+#else
+#define FOLD_(half, op) ((half.lo op half.hi).lo op(half.lo op half.hi).hi)
+#define FOLD(m, op) FOLD_(((m).lo op(m).hi), op)
+SHARED uint lanes_of(mask m) {
+  const int2 bits = FOLD((m & (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768)), |);
+#endif
+  return (uint)(bits.x | bits.y);
+}
+SHARED int mask_all(mask m) {
+  const int2 both = FOLD(m, &);
+  return (both.x & both.y) < 0;
+}
 #endif
 
 typedef long i64;

@@ -125,10 +125,30 @@ __kernel void raster_setup(const View view, __global const float4* restrict posi
 #endif
 }
 
-// Draws every `step`-th row of the box from row `first` on: depths, or ids where the depth is this triangle's; and the
-// farthest depths if they are wanted.
-static void draw_rows(RasterTriangle t, PixelBox box, Window window, int first, int step, __global uint* depth,
-                      __global uint* ids, __global uint* farthest) {
+// Samples side by side, of pixels with 2^log_positions each: which of its pixel's positions is sample `first` + lane.
+SHARED ureal subpixels_at(Window window, uint first) {
+  return (first + SIDE_BY_SIDE) & ((1u << window.log_positions) - 1);
+}
+
+// Where in its pixel such a position is, in 1/256 pixels.
+SHARED void subpixel(Window w, ureal position, mask* x, mask* y) {
+  if (w.log_positions == 0) {
+    *x = (mask)(w.sample_x);
+    *y = (mask)(w.sample_y);
+    return;
+  }
+  const mask pair = convert_mask(position >> 1);
+  const ureal low = select((ureal)(w.subpixels[0]), (ureal)(w.subpixels[1]), pair == 1);
+  const ureal high = select((ureal)(w.subpixels[2]), (ureal)(w.subpixels[3]), pair == 3);
+  const ureal packed = select(low, high, pair >= 2) >> ((position & 1) * 16);
+  *x = convert_mask(packed & 255u);
+  *y = convert_mask((packed >> 8) & 255u);
+}
+
+// Draws every `step`-th row of the box from row `first` on, at subpixel position number `position`, (sample_x,
+// sample_y): depths, or ids where the depth is this triangle's; and the farthest depths if they are wanted.
+SHARED void draw_rows(RasterTriangle t, PixelBox box, Window window, __global const uint* open, uint position,
+                      int first, int step, __global uint* depth, __global uint* ids, __global uint* farthest) {
   const i64 bias0 = edge_bias(t.x0, t.y0, t.x1, t.y1), bias1 = edge_bias(t.x1, t.y1, t.x2, t.y2),
             bias2 = edge_bias(t.x2, t.y2, t.x0, t.y0);
   const i64 step0 = -(i64)(t.y1 - t.y0) * SUBPIXELS, step1 = -(i64)(t.y2 - t.y1) * SUBPIXELS,
@@ -141,65 +161,143 @@ static void draw_rows(RasterTriangle t, PixelBox box, Window window, int first, 
     i64 e2 = edge_function(t.x2, t.y2, t.x0, t.y0, px0, py) + bias2;
     const uint row = ((uint)y - window.y) * window.width - window.x;
     for (int x = box.x0; x < box.x1; ++x, e0 += step0, e1 += step1, e2 += step2) {
-      if ((e0 | e1 | e2) < 0) continue;
-      const uint pixel = row + (uint)x;
+      if ((e0 | e1 | e2) < 0 || (window.restricted && !open[row + (uint)x])) continue;
+      const uint sample = ((row + (uint)x) << window.log_positions) + position;
       const uint key = ~as_uint(nearness(t, x * SUBPIXELS + window.sample_x, py));
       if (!ids)
-        atomic_min(&depth[pixel], key);
-      else if (depth[pixel] == key)
-        atomic_min(&ids[pixel], t.triangle);
-      if (farthest) atomic_max(&farthest[pixel], key);
+        atomic_min(&depth[sample], key);
+      else if (depth[sample] == key)
+        atomic_min(&ids[sample], t.triangle);
+      if (farthest) atomic_max(&farthest[sample], key);
     }
   }
 }
 
-static int is_small(PixelBox box) { return box.x1 - box.x0 <= SMALL_BOX && box.y1 - box.y0 <= SMALL_BOX; }
-
-// Depths of small triangles; the large ones are listed. `ids` null: depth pass. The id pass finds the list made.
-static void draw_small(__global const RasterTriangle* records, uint i, Window window, __global uint* depth,
-                       __global uint* ids, __global uint* n_large, __global uint* large) {
-  const RasterTriangle t = records[i];
-  if (t.triangle == NO_TRIANGLE) return;
-  const PixelBox box = pixel_box(t, window);
-  if (box.x0 >= box.x1 || box.y0 >= box.y1) return;
-  if (is_small(box))
-    draw_rows(t, box, window, 0, 1, depth, ids, 0);
-  else if (large)
-    large[atomic_inc(n_large)] = i;
+// An edge function's value at samples side by side relative to the first one's pixel.
+static mask edge_of_lanes(int ax, int ay, int bx, int by, mask x, mask y) {
+  return (bx - ax) * y - (by - ay) * x + (int)edge_bias(ax, ay, bx, by);
 }
 
-static void draw_large(__global const RasterTriangle* records, uint item, uint items, Window window,
-                       __global uint* depth, __global uint* ids, uint n_large, __global const uint* large) {
-  for (uint unit = item; unit < n_large * LARGE_BLOCKS; unit += items) {
-    const RasterTriangle t = records[large[unit / LARGE_BLOCKS]];
-    draw_rows(t, pixel_box(t, window), window, (int)(unit % LARGE_BLOCKS), (int)LARGE_BLOCKS, depth, ids, 0);
+// Draws a small triangle at all subpixel positions: samples side by side are positions of one pixel, then of the next.
+// Within a small triangle edge functions fit in 32 bits.
+SHARED void draw_samples(RasterTriangle t, PixelBox box, Window window, __global const uint* open, __global uint* depth,
+                         __global uint* ids) {
+  const uint log_positions = window.log_positions, positions = 1u << log_positions;
+  const int pixels = max(VW >> (int)log_positions, 1);
+  for (uint position = 0; position < positions; position += VW) {
+    mask sub_x, sub_y;
+    subpixel(window, subpixels_at(window, position), &sub_x, &sub_y);
+    const mask column = convert_mask(SIDE_BY_SIDE >> log_positions);
+    const mask lane_x = column * SUBPIXELS + sub_x;
+    const mask lanes0 = edge_of_lanes(t.x0, t.y0, t.x1, t.y1, lane_x, sub_y);
+    const mask lanes1 = edge_of_lanes(t.x1, t.y1, t.x2, t.y2, lane_x, sub_y);
+    const mask lanes2 = edge_of_lanes(t.x2, t.y2, t.x0, t.y0, lane_x, sub_y);
+    for (int y = box.y0; y < box.y1; ++y) {
+      const uint row = ((uint)y - window.y) * window.width - window.x;
+      for (int x = box.x0; x < box.x1; x += pixels) {
+        uint wanted = (1u << VW) - 1;
+        for (int k = 0; window.restricted && k < min(pixels, box.x1 - x); ++k)
+          if (!open[row + (uint)(x + k)]) wanted &= ~(((1u << positions) - 1) << (k << log_positions));
+        if (!wanted) continue;
+        const int px = x * SUBPIXELS, py = y * SUBPIXELS;
+        const mask e0 = lanes0 + ((t.x1 - t.x0) * (py - t.y0) - (t.y1 - t.y0) * (px - t.x0));
+        const mask e1 = lanes1 + ((t.x2 - t.x1) * (py - t.y1) - (t.y2 - t.y1) * (px - t.x1));
+        const mask e2 = lanes2 + ((t.x0 - t.x2) * (py - t.y2) - (t.y0 - t.y2) * (px - t.x2));
+        const mask outside = ((e0 | e1 | e2) < 0) | (column >= box.x1 - x);
+        uint left = wanted & ~lanes_of(outside);
+        if (left == 0) continue;
+        real q = t.q0 + t.q_x * convert_real(lane_x + (px - t.x0)) + t.q_y * convert_real(sub_y + (py - t.y0));
+        q = real_select(q > t.q_max, real_splat(t.q_max), q);
+        q = real_select(q < t.q_min, real_splat(t.q_min), q);
+        const uint first = ((row + (uint)x) << log_positions) + position;
+        while (left != 0) {
+          const uint k = 31 - clz(left);
+          left ^= 1u << k;
+          const uint key = ~as_uint(ELEMENT(q, k));
+          if (!ids)
+            atomic_min(&depth[first + k], key);
+          else if (depth[first + k] == key)
+            atomic_min(&ids[first + k], t.triangle);
+        }
+      }
+    }
   }
 }
 
-__kernel void raster_depth(const Window window, __global const RasterTriangle* restrict records, const uint n_records,
+static int is_small(RasterTriangle t) {
+  return max3(t.x0, t.x1, t.x2) - min3(t.x0, t.x1, t.x2) <= SMALL_BOX * SUBPIXELS &&
+         max3(t.y0, t.y1, t.y2) - min3(t.y0, t.y1, t.y2) <= SMALL_BOX * SUBPIXELS;
+}
+
+// Small triangles; the large ones are listed. `ids` null: depth pass. The id pass finds the list made.
+SHARED void draw_small(__global const RasterTriangle* records, uint i, Window window, __global const uint* open,
+                       __global uint* depth, __global uint* ids, __global uint* n_large, __global uint* large) {
+  const RasterTriangle t = records[i];
+  if (t.triangle == NO_TRIANGLE) return;
+  const PixelBox box = window.log_positions > 0 ? any_pixel_box(t, window) : pixel_box(t, window);
+  if (box.x0 >= box.x1 || box.y0 >= box.y1) return;
+  if (!is_small(t) && large) large[atomic_inc(n_large)] = i;
+  if (!is_small(t)) return;
+  if (window.log_positions == 0)
+    draw_rows(t, box, window, open, 0, 0, 1, depth, ids, 0);
+  else
+    draw_samples(t, box, window, open, depth, ids);
+}
+
+static void draw_large(__global const RasterTriangle* records, uint item, uint items, Window window,
+                       __global const uint* open, __global uint* depth, __global uint* ids, uint n_large,
+                       __global const uint* large) {
+  for (uint unit = item; unit < n_large * LARGE_BLOCKS; unit += items) {
+    const RasterTriangle t = records[large[unit / LARGE_BLOCKS]];
+    for (uint position = 0; position < 1u << window.log_positions; ++position) {
+      mask x, y;
+      subpixel(window, (ureal)(position), &x, &y);
+      Window w = window;
+      w.sample_x = (int)INDEX(x, 0);
+      w.sample_y = (int)INDEX(y, 0);
+      draw_rows(t, pixel_box(t, w), w, open, position, (int)(unit % LARGE_BLOCKS), (int)LARGE_BLOCKS, depth, ids, 0);
+    }
+  }
+}
+
+// Nothing has been drawn at open pixels; at the others, nothing at any time if they are the window's `first`.
+__kernel void raster_clear(const Window window, __global const uint* restrict open, const uint first,
+                           __global uint* restrict depth, __global uint* restrict ids) {
+  const uint i = (uint)get_global_id(0);
+  if (i >= window.width * window.height) return;
+  if (!open[i] && !first) return;
+  for (uint k = i << window.log_positions; k < (i + 1) << window.log_positions; ++k) {
+    depth[k] = NO_DEPTH;
+    ids[k] = NO_TRIANGLE;
+  }
+}
+
+__kernel void raster_depth(const Window window, __global const uint* restrict open,
+                           __global const RasterTriangle* restrict records, const uint n_records,
                            __global uint* n_large, __global uint* large, __global uint* depth) {
   const uint i = (uint)get_global_id(0);
-  if (i < n_records) draw_small(records, i, window, depth, 0, n_large, large);
+  if (i < n_records) draw_small(records, i, window, open, depth, 0, n_large, large);
 }
 
-__kernel void raster_depth_large(const Window window, __global const RasterTriangle* restrict records,
-                                 __global const uint* restrict n_large, __global const uint* restrict large,
-                                 __global uint* depth) {
+__kernel void raster_depth_large(const Window window, __global const uint* restrict open,
+                                 __global const RasterTriangle* restrict records, __global const uint* restrict n_large,
+                                 __global const uint* restrict large, __global uint* depth) {
   const uint i = (uint)get_global_id(0), items = (uint)get_global_size(0);
-  draw_large(records, i, items, window, depth, 0, n_large[0], large);
+  draw_large(records, i, items, window, open, depth, 0, n_large[0], large);
 }
 
-__kernel void raster_ids(const Window window, __global const RasterTriangle* restrict records, const uint n_records,
-                         __global uint* depth, __global uint* ids) {
+__kernel void raster_ids(const Window window, __global const uint* restrict open,
+                         __global const RasterTriangle* restrict records, const uint n_records, __global uint* depth,
+                         __global uint* ids) {
   const uint i = (uint)get_global_id(0);
-  if (i < n_records) draw_small(records, i, window, depth, ids, 0, 0);
+  if (i < n_records) draw_small(records, i, window, open, depth, ids, 0, 0);
 }
 
-__kernel void raster_ids_large(const Window window, __global const RasterTriangle* restrict records,
-                               __global const uint* restrict n_large, __global const uint* restrict large,
-                               __global uint* depth, __global uint* ids) {
+__kernel void raster_ids_large(const Window window, __global const uint* restrict open,
+                               __global const RasterTriangle* restrict records, __global const uint* restrict n_large,
+                               __global const uint* restrict large, __global uint* depth, __global uint* ids) {
   const uint i = (uint)get_global_id(0), items = (uint)get_global_size(0);
-  draw_large(records, i, items, window, depth, ids, n_large[0], large);
+  draw_large(records, i, items, window, open, depth, ids, n_large[0], large);
 }
 
 // The vertices of the mesh on an orthographic film.
@@ -217,48 +315,113 @@ __kernel void raster_sight(const Window window, __global const int4* restrict co
   const uint i = (uint)get_global_id(0);
   if (i >= n_triangles) return;
   const int4 a = corners[triangles[3 * i]], b = corners[triangles[3 * i + 1]], c = corners[triangles[3 * i + 2]];
-  const PixelBox box = corners_box(a.x, a.y, b.x, b.y, c.x, c.y, window);
+  const PixelBox box = corners_box(a.x, a.y, b.x, b.y, c.x, c.y, window, window.sample_x, window.sample_x,
+                                   window.sample_y, window.sample_y);
   if (box.x0 >= box.x1 || box.y0 >= box.y1) return;
   const RasterTriangle t = raster_triangle(i, a, b, c);
-  if (t.triangle != NO_TRIANGLE) draw_rows(t, box, window, 0, 1, nearest, 0, farthest);
+  if (t.triangle != NO_TRIANGLE) draw_rows(t, box, window, 0, 0, 0, 1, nearest, 0, farthest);
 }
 
-// The surface at a sample of a view: the first hit, both normals turned to the viewer.
+// Samples of a film side by side, from sample `first` on: where on it they lie.
+static void film_samples(Window window, uint first, real* px, real* py) {
+  const uint log_positions = window.log_positions, pixel = first >> log_positions;
+  const ureal after = ((first & ((1u << log_positions) - 1)) + SIDE_BY_SIDE) >> log_positions;
+  const real along = real_from_bits(pixel % window.width + after);  // the row, and on into those below
+  const real below = floor((along + 0.5f) / (float)window.width);
+  mask x, y;
+  subpixel(window, subpixels_at(window, first), &x, &y);
+  *px = along - below * (float)window.width + (float)window.x + convert_real(x) * (1.0f / SUBPIXELS);
+  *py = below + (float)(window.y + pixel / window.width) + convert_real(y) * (1.0f / SUBPIXELS);
+}
+
+// What hides at these samples, of `n` in all: nothing where they are `empty`, and then any triangle.
+static ureal triangles_at(__global const uint* ids, uint first, uint n, mask* empty) {
+#define ID(lane) (first + lane < n ? ids[first + lane] : NO_TRIANGLE)
+  const ureal id = (ureal)(OF_EACH(ID));
+#undef ID
+  *empty = id == NO_TRIANGLE;
+  return select(id, (ureal)(0u), *empty);
+}
+
+// The surface at samples of a view, side by side: the first hits, both normals turned to the viewer.
 typedef struct {
-  float3 x;    // inside the triangle, whatever rounding did
-  float3 n_g;  // geometric normal: facing, planes, depth
-  float3 n_s;  // shading normal: Fresnel and refraction
+  real3 x;    // inside the triangle, whatever rounding did
+  real3 n_g;  // geometric normal: facing, planes, depth
+  real3 n_s;  // shading normal: Fresnel and refraction
 } Surface;
 
-static Surface surface_at(View view, float px, float py, uint id, __global const float4* positions,
+SHARED real3 three_at(__global const float4* array, ureal index) {
+#define READ_ELEMENT(k) array[INDEX(index, k)]
+  READ_XYZ(array, index, x, y, z)
+#undef READ_ELEMENT
+  return real3_make(x, y, z);
+}
+
+SHARED real3 corner_of(ureal id, uint corner, __global const float4* positions, __global const uint* triangles) {
+#define VERTEX(lane) triangles[3 * INDEX(id, lane) + corner]
+  const ureal vertex = (ureal)(OF_EACH(VERTEX));
+#undef VERTEX
+  return three_at(positions, vertex);
+}
+
+SHARED real3 normal_of(ureal id, uint corner, __global const float* normals) {
+#define COMPONENT_X(lane) normals[9 * INDEX(id, lane) + 3 * corner]
+#define COMPONENT_Y(lane) normals[9 * INDEX(id, lane) + 3 * corner + 1]
+#define COMPONENT_Z(lane) normals[9 * INDEX(id, lane) + 3 * corner + 2]
+  return real3_make((real)(OF_EACH(COMPONENT_X)), (real)(OF_EACH(COMPONENT_Y)), (real)(OF_EACH(COMPONENT_Z)));
+#undef COMPONENT_X
+#undef COMPONENT_Y
+#undef COMPONENT_Z
+}
+
+SHARED real3 uniform3(float4 v) { return real3_make(real_splat(v.x), real_splat(v.y), real_splat(v.z)); }
+
+SHARED Surface surface_at(View view, real px, real py, ureal id, __global const float4* positions,
                           __global const uint* triangles, __global const float* normals) {
-  const float3 v0 = positions[triangles[3 * id]].xyz;
-  const float3 e1 = positions[triangles[3 * id + 1]].xyz - v0, e2 = positions[triangles[3 * id + 2]].xyz - v0;
-  const float x = (px - view.centre_x) / view.scale, y = (py - view.centre_y) / view.scale;
-  float3 o = view.origin.xyz, d = -view.back.xyz;
-  const float3 lateral = view.right.xyz * x + view.down.xyz * y;
+  const real3 v0 = corner_of(id, 0, positions, triangles);
+  const real3 e1 = real3_sub(corner_of(id, 1, positions, triangles), v0);
+  const real3 e2 = real3_sub(corner_of(id, 2, positions, triangles), v0);
+  const real x = (px - view.centre_x) / view.scale, y = (py - view.centre_y) / view.scale;
+  real3 o = uniform3(view.origin), d = real3_scale(uniform3(view.back), real_splat(-1.0f));
+  const real3 lateral = real3_madd(real3_scale(uniform3(view.right), x), uniform3(view.down), y);
   if (view.near_distance > 0.0f)
-    d += lateral;
+    d = real3_madd(d, lateral, real_splat(1.0f));
   else
-    o += lateral;
-  const float3 p = cross(d, e2), t = o - v0, q = cross(t, e1);  // ray against plane, as barycentric coordinates
-  const float det = dot(e1, p);
-  float u = det != 0.0f ? dot(t, p) / det : 1.0f / 3.0f, v = det != 0.0f ? dot(d, q) / det : 1.0f / 3.0f;
-  u = clamp(u, 0.0f, 1.0f);
-  v = clamp(v, 0.0f, 1.0f);
-  const float excess = fmax(u + v, 1.0f);
+    o = real3_madd(o, lateral, real_splat(1.0f));
+  // Ray against plane, as barycentric coordinates.
+  const real3 p = real3_cross(d, e2), t = real3_sub(o, v0), q = real3_cross(t, e1);
+  const real det = real3_dot(e1, p);
+  real u = real_select(det != 0.0f, real3_dot(t, p) / det, real_splat(1.0f / 3.0f));
+  real v = real_select(det != 0.0f, real3_dot(d, q) / det, real_splat(1.0f / 3.0f));
+  u = real_min(real_max(u, real_splat(0.0f)), real_splat(1.0f));
+  v = real_min(real_max(v, real_splat(0.0f)), real_splat(1.0f));
+  const real excess = real_max(u + v, real_splat(1.0f));
   u /= excess;
   v /= excess;
-  __global const float* n = normals + 9 * id;
   Surface s;
-  s.x = v0 + e1 * u + e2 * v;
-  s.n_s = normalize(vload3(0, n) * (1.0f - u - v) + vload3(1, n) * u + vload3(2, n) * v);
-  const float3 n_g = cross(e1, e2);
-  const float area = dot(n_g, n_g);
-  s.n_g = area > 0.0f ? n_g * rsqrt(area) : s.n_s;
-  if (dot(s.n_g, d) > 0.0f) {
-    s.n_g = -s.n_g;
-    s.n_s = -s.n_s;
-  }
+  s.x = real3_madd(real3_madd(v0, e1, u), e2, v);
+  const real3 n_0 = real3_scale(normal_of(id, 0, normals), 1.0f - u - v);
+  s.n_s = real3_normalize(real3_madd(real3_madd(n_0, normal_of(id, 1, normals), u), normal_of(id, 2, normals), v));
+  const real3 n_g = real3_cross(e1, e2);
+  const real area = real3_dot(n_g, n_g);
+  s.n_g = real3_select(area > TINY, real3_scale(n_g, real_rsqrt(area)), s.n_s);
+  const real turned = real_select(real3_dot(s.n_g, d) > 0.0f, real_splat(-1.0f), real_splat(1.0f));
+  s.n_g = real3_scale(s.n_g, turned);
+  s.n_s = real3_scale(s.n_s, turned);
   return s;
+}
+
+// A single one of them.
+typedef struct {
+  float3 x, n_g, n_s;
+} Point;
+
+static Point point_at(View view, float px, float py, uint id, __global const float4* positions,
+                      __global const uint* triangles, __global const float* normals) {
+  const Surface s = surface_at(view, real_splat(px), real_splat(py), (ureal)(id), positions, triangles, normals);
+  Point p;
+  p.x = (float3)(ELEMENT(s.x.x, 0), ELEMENT(s.x.y, 0), ELEMENT(s.x.z, 0));
+  p.n_g = (float3)(ELEMENT(s.n_g.x, 0), ELEMENT(s.n_g.y, 0), ELEMENT(s.n_g.z, 0));
+  p.n_s = (float3)(ELEMENT(s.n_s.x, 0), ELEMENT(s.n_s.y, 0), ELEMENT(s.n_s.z, 0));
+  return p;
 }

@@ -47,7 +47,7 @@ SHARED int first_pixel(int position, int offset) {
   return d >= 0 ? d / SUBPIXELS : -((-d + SUBPIXELS - 1) / SUBPIXELS);
 }
 
-// Pixels of the window whose samples the box of three corners holds: [x0, x1) x [y0, y1), in film coordinates.
+// Pixels of a window whose samples a box holds: [x0, x1) x [y0, y1), in film coordinates.
 typedef struct {
   int x0, y0, x1, y1;
 } PixelBox;
@@ -55,13 +55,15 @@ typedef struct {
 SHARED int min3(int a, int b, int c) { return a < b ? (a < c ? a : c) : (b < c ? b : c); }
 SHARED int max3(int a, int b, int c) { return a > b ? (a > c ? a : c) : (b > c ? b : c); }
 
-SHARED PixelBox corners_box(int x0, int y0, int x1, int y1, int x2, int y2, Window w) {
+// Those of the box of three corners, if samples lie from `low` to `high` in their pixels.
+SHARED PixelBox corners_box(int x0, int y0, int x1, int y1, int x2, int y2, Window w, int low_x, int high_x, int low_y,
+                            int high_y) {
   PixelBox b;
   const int left = (int)w.x, top = (int)w.y, right = (int)(w.x + w.width), bottom = (int)(w.y + w.height);
-  b.x0 = first_pixel(min3(x0, x1, x2), w.sample_x);
-  b.y0 = first_pixel(min3(y0, y1, y2), w.sample_y);
-  b.x1 = first_pixel(max3(x0, x1, x2) + 1, w.sample_x);
-  b.y1 = first_pixel(max3(y0, y1, y2) + 1, w.sample_y);
+  b.x0 = first_pixel(min3(x0, x1, x2), high_x);
+  b.y0 = first_pixel(min3(y0, y1, y2), high_y);
+  b.x1 = first_pixel(max3(x0, x1, x2) + 1, low_x);
+  b.y1 = first_pixel(max3(y0, y1, y2) + 1, low_y);
   b.x0 = b.x0 < left ? left : b.x0;
   b.y0 = b.y0 < top ? top : b.y0;
   b.x1 = b.x1 > right ? right : b.x1;
@@ -69,7 +71,14 @@ SHARED PixelBox corners_box(int x0, int y0, int x1, int y1, int x2, int y2, Wind
   return b;
 }
 
-SHARED PixelBox pixel_box(RasterTriangle t, Window w) { return corners_box(t.x0, t.y0, t.x1, t.y1, t.x2, t.y2, w); }
+SHARED PixelBox pixel_box(RasterTriangle t, Window w) {
+  return corners_box(t.x0, t.y0, t.x1, t.y1, t.x2, t.y2, w, w.sample_x, w.sample_x, w.sample_y, w.sample_y);
+}
+
+// Wherever in their pixels samples lie.
+SHARED PixelBox any_pixel_box(RasterTriangle t, Window w) {
+  return corners_box(t.x0, t.y0, t.x1, t.y1, t.x2, t.y2, w, 0, SUBPIXELS - 1, 0, SUBPIXELS - 1);
+}
 
 KERNEL_HEADER_END
 #endif

@@ -46,7 +46,9 @@ typedef struct {
   uint pad;
 } View;
 
-// The part of a film that buffers hold, and where in each pixel the sample lies (1/256 pixels).
+// The part of a film that buffers hold, and where in each pixel its samples lie (1/256 pixels): one, or
+// 2^log_positions side by side, of which `subpixels` packs x and y in bytes, position after position. Of a restricted
+// one, only pixels that are open are drawn.
 typedef struct {
   uint x;
   uint y;
@@ -54,8 +56,9 @@ typedef struct {
   uint height;
   int sample_x;
   int sample_y;
-  uint pad0;
-  uint pad1;
+  uint log_positions;
+  uint restricted;
+  uint subpixels[4];
 } Window;
 
 // A triangle as the rasteriser sees it, stored once per view; everything after it is exact.
@@ -94,13 +97,13 @@ typedef struct {
 // Every struct above with its last field: where that lies tells whether host and device lay the struct out alike.
 #define STRUCTS_THAT_CROSS(F) \
   F(Medium, scale)            \
-  F(Boundary, fluence) F(View, pad) F(Window, pad1) F(RasterTriangle, triangle) F(Light, number) F(Density, pad1)
+  F(Boundary, fluence) F(View, pad) F(Window, subpixels) F(RasterTriangle, triangle) F(Light, number) F(Density, pad1)
 
 // Points that a work-item of pass 2 takes on a device with several lanes; with one lane it takes one half of one point.
 #define POINTS_SIDE_BY_SIDE 8u
 
-// A subpixel position that doesn't look for edges.
-#define NO_POSITION 0xffffffffu
+// Subpixel positions that are drawn and gathered side by side, at most.
+#define POSITIONS_SIDE_BY_SIDE 8u
 
 // The self-test's work-items, and the smallest of the numbers that they offer to an atomic minimum.
 #define SELF_TEST_ITEMS 64

@@ -172,18 +172,19 @@ Image picture(const Way& way) {
   build_pyramids(p, 1);
   Film& f = p.film;
   constexpr std::size_t pixels = side * side;
-  for (cl::Buffer* words : {&f.depth, &f.ids, &f.direct, &f.edges}) *words = b.compute.buffer<cl_uint>(pixels);
-  f.n_direct = b.compute.buffer<cl_uint>(2), f.n_held = b.compute.buffer<cl_uint>(1);
+  for (cl::Buffer* words : {&f.depth, &f.ids, &f.direct, &f.edges})
+    *words = b.compute.buffer<cl_uint>(pixels * POSITIONS_SIDE_BY_SIDE);
+  f.n_direct = b.compute.buffer<cl_uint>(POSITIONS_SIDE_BY_SIDE + 1), f.n_held = b.compute.buffer<cl_uint>(1);
   for (cl::Buffer* fours : {&f.points, &f.values, &f.centres}) *fours = b.compute.buffer<float4>(2 * pixels);
-  f.planes = b.compute.buffer<float4>(pixels);
   f.sums = b.compute.buffer<float4>(4 * pixels);
   b.compute.fill(f.sums, 0, 16 * pixels);
   const kernels::View view = pinhole_view({{1.0, 2.2, 4.0}, {0, 0, 0}, {0, 1, 0}, 32}, b.plan.space, {side, side});
-  for (std::uint32_t i = 0; i < positions; ++i) {
-    const glm::ivec2 s = subpixel_position(i, 0);
-    const kernels::Window w = window_of(side, side, s.x, s.y);
+  for (std::uint32_t i = 0; i < positions;) {
+    kernels::Window w = window_of(side, side);
+    const std::uint32_t count = set_positions(w, i, positions - i);
     draw_film(p, view, w, true, Stage::gather);
     gather(p, view, w, {0, p.layers.count()}, {1, 0}, 1.0F / frames, i, 1, Stage::gather);
+    i += count;
   }
   Image image{side, side, {}, 0, {}};
   const std::vector<float4> sums = b.compute.read<float4>(f.sums, 4 * pixels);

@@ -28,10 +28,11 @@ struct FilmBench : Bench {
     make_layers(passes, views, true);
     const std::size_t pixels = std::size_t{film_size.x} * film_size.y;
     Film& f = passes.film;
-    f.depth = compute.buffer<cl_uint>(pixels), f.ids = compute.buffer<cl_uint>(pixels);
-    f.direct = compute.buffer<cl_uint>(pixels), f.n_direct = compute.buffer<cl_uint>(2);
+    for (cl::Buffer* words : {&f.depth, &f.ids, &f.direct})
+      *words = compute.buffer<cl_uint>(pixels * POSITIONS_SIDE_BY_SIDE);
+    f.n_direct = compute.buffer<cl_uint>(POSITIONS_SIDE_BY_SIDE + 1);
     f.sums = compute.buffer<float4>(6 * pixels);
-    f.planes = compute.buffer<float4>(pixels), f.edges = compute.buffer<cl_uint>(pixels);
+    f.edges = compute.buffer<cl_uint>(pixels), f.open = compute.buffer<cl_uint>(pixels);
     f.points = compute.buffer<float4>(2 * pixels), f.values = compute.buffer<float4>(2 * pixels);
     f.centres = compute.buffer<float4>(pixels), f.n_held = compute.buffer<cl_uint>(1);
   }
@@ -51,12 +52,12 @@ struct FilmBench : Bench {
     compute.write(passes.layers.values, values);
     build_pyramids(passes, passes.layers.levels - 1);
   }
-  std::vector<float4> shoot(const Window& w, const std::vector<cl_uint>& levels, float scale,
-                            std::uint32_t rounds = 1) {
+  std::vector<float4> shoot(const Window& w, const std::vector<cl_uint>& levels, float scale, std::uint32_t rounds = 1,
+                            std::uint32_t round = 0) {
     const std::size_t texels = 2 * levels.size() * w.width * w.height;
     compute.fill(passes.film.sums, 0, 4 * texels);
     draw_film(passes, view, w, true, Stage::gather);
-    gather(passes, view, w, {0, passes.layers.count()}, levels, scale, 0, rounds, Stage::gather);
+    gather(passes, view, w, {0, passes.layers.count()}, levels, scale, round, rounds, Stage::gather);
     ids = compute.read<cl_uint>(passes.film.ids, std::size_t{w.width} * w.height);
     direct = compute.read<cl_uint>(passes.film.direct, compute.read<cl_uint>(passes.film.n_direct, 1)[0]);
     return compute.read<float4>(passes.film.sums, texels);
@@ -271,6 +272,40 @@ TEST(Gather, ConstantLayersGiveAConstantTimesT21) {
     }
   fmt::print("constant: worst {:.2f} of tolerance ({})\n", worst.value, worst.where);
   EXPECT_LE(worst.value, 1) << worst.where;  // means of equal values; T21's cosine, from a place on an edge-on triangle
+}
+
+// Sums of up to eight values below 6, which may be added in another order: some units of 2^-24 of their sum.
+TEST(Gather, PositionsSideBySideAddUpToTheSameAsOneByOne) {
+  FilmBench b({{0.9, 0.3, 0.5}, {-0.2, 1.0, 0.3}}, 53);
+  b.need([&](cl_uint t) { return kernels::hash(t ^ 77U) % 16 < 12; }, value_of);
+  Window tile = window_of(33, 20);
+  tile.x = 20, tile.y = 25;
+  const std::vector<cl_uint> levels{2, 1, 0};
+  Worst worst;
+  std::size_t direct = 0;
+  for (Window w : {window_of(film_size.x, film_size.y), tile})
+    for (const std::uint32_t positions : {2U, 4U, 8U}) {
+      ASSERT_EQ(set_positions(w, 8, positions), positions);
+      const std::vector<float4> found = b.shoot(w, levels, 0.125F, 2);
+      std::vector<glm::dvec4> expected(found.size(), glm::dvec4(0));
+      for (std::uint32_t k = 0; k < positions; ++k) {
+        Window one = w;
+        set_positions(one, 8 + k, 1);
+        const std::vector<float4> sums = b.shoot(one, levels, 0.125F, 2, 2 * k);
+        direct += b.direct.size();
+        for (std::size_t i = 0; i < sums.size(); ++i) expected[i] += glm::dvec4(exact(sums[i]), sums[i].w);
+      }
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        ASSERT_TRUE(i % 2 == 1 || double{found[i].w} == expected[i].w) << i;
+        const double error = glm::length(exact(found[i]) - glm::dvec3(expected[i]));
+        worst.add(error / (16 * 0x1p-24 * std::max(glm::length(glm::dvec3(expected[i])), 1e-3)),
+                  [&] { return fmt::format("{} positions, {}", positions, i); });
+      }
+    }
+  fmt::print("side by side: {} points that no layer sees, worst {:.2f} of tolerance ({})\n", direct, worst.value,
+             worst.where);
+  EXPECT_LE(worst.value, 1) << worst.where;
+  EXPECT_GT(direct, 100U);
 }
 
 TEST(Gather, MarksCoverAllThatIsRead) {

@@ -96,6 +96,15 @@ Bench plain(const Mesh& mesh, bool clipping = false) {
   return Bench(scene_of(mesh), settings, [](Plan& p) { p.space = {glm::dvec3(0), 1.0}; });
 }
 
+/// The same, with so many lanes.
+Bench with_lanes(const Mesh& mesh, std::uint32_t lanes) {
+  return Bench(scene_of(mesh), {}, [&](Plan& p) {
+    p.space = {glm::dvec3(0), 1.0};
+    p.lanes = lanes;
+    set_option(p.options, "VW", static_cast<int>(lanes));
+  });
+}
+
 /// Film pixels are units of x and y (y down), nearness is z + 2.
 View flat_view(std::uint32_t width, std::uint32_t height) {
   View v{};
@@ -198,6 +207,59 @@ TEST(Raster, RandomTrianglesAreExact) {
     }
   fmt::print("{} of {} samples covered\n", covered, samples);
   EXPECT_GT(covered, samples / 10);
+}
+
+// One by one they are compared with exact integers above.
+TEST(Raster, PositionsSideBySideAreTheSameAsOneByOne) {
+  const std::pair<int, double> kinds[] = {{3000, 1.5}, {300, 12}, {40, 90}};
+  constexpr glm::uvec2 film(61, 47);
+  std::size_t covered = 0;
+  for (const std::uint32_t lanes : {1U, 4U, 8U, 16U})
+    for (const auto& [count, reach] : kinds) {
+      const double side = reach;
+      Bench b = with_lanes(soup(3, count, film, [&](Random& r) { return glm::dvec2(r(-side, side), r(-side, side)); }),
+                           lanes);
+      setup(b, flat_view(film.x, film.y));
+      for (const std::uint32_t positions : {2U, 4U, 8U}) {
+        Window w = window_of(33, 21);
+        w.x = 20, w.y = 9;
+        const std::size_t n = std::size_t{w.width} * w.height;
+        const cl::Buffer depth = b.compute.buffer<cl_uint>(n * positions),
+                         ids = b.compute.buffer<cl_uint>(n * positions);
+        std::vector<cl_uint> open(n);
+        Random random(positions);
+        for (cl_uint& o : open) o = random(0, 1) < 0.3 ? 1 : 0;
+        b.passes.film.open = b.compute.upload(open);
+        b.passes.film.drawn.reset();
+        // All pixels; then those that are open, twice, so that what the first left behind would show.
+        for (const std::uint32_t start : {0U, 8U, 16U}) {
+          ASSERT_EQ(set_positions(w, start, positions), positions);
+          w.restricted = start > 0;
+          draw(b.passes, w, depth, &ids, Stage::layers);
+          b.passes.film.drawn = flat_view(film.x, film.y), b.passes.film.window = w;
+          if (start == 0) b.passes.film.drawn.reset();
+          const std::vector<cl_uint> found = b.compute.read<cl_uint>(ids, n * positions);
+          const std::vector<cl_uint> found_depth = b.compute.read<cl_uint>(depth, n * positions);
+          for (std::uint32_t k = 0; k < positions; ++k) {
+            const glm::ivec2 s = subpixel_position(start + k, 0);
+            Window one = window_of(w.width, w.height, s.x, s.y);
+            one.x = w.x, one.y = w.y;
+            const Visible expected = device_draw(b, one);
+            std::size_t wrong = 0;
+            for (std::size_t i = 0; i < n; ++i) {
+              const bool drawn = start == 0 || open[i];
+              wrong += found[i * positions + k] != (drawn ? expected.ids[i] : 0xffffffffU) ||
+                       found_depth[i * positions + k] != (drawn ? expected.depth[i] : 0xffffffffU);
+              covered += drawn && expected.ids[i] != 0xffffffffU;
+            }
+            EXPECT_EQ(wrong, 0U) << fmt::format("{} lanes, triangles of {} pixels, position {} from {} of {}", lanes,
+                                                side, k, start, positions);
+          }
+        }
+      }
+    }
+  fmt::print("{} samples covered\n", covered);
+  EXPECT_GT(covered, 100000U);
 }
 
 TEST(Raster, ClosedMeshesThroughFittedAndPinholeViewsAreExact) {

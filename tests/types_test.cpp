@@ -13,7 +13,7 @@ namespace {
 #define VIEW_FIELDS(F) F(View, origin) F(View, right) F(View, down) F(View, back) F(View, scale) F(View, centre_x) \
   F(View, centre_y) F(View, near_distance) F(View, width) F(View, height)
 #define WINDOW_FIELDS(F) F(Window, x) F(Window, y) F(Window, width) F(Window, height) F(Window, sample_x) \
-  F(Window, sample_y)
+  F(Window, sample_y) F(Window, log_positions) F(Window, restricted) F(Window, subpixels)
 #define TRIANGLE_FIELDS(F) F(RasterTriangle, x0) F(RasterTriangle, y0) F(RasterTriangle, x1) F(RasterTriangle, y1) \
   F(RasterTriangle, x2) F(RasterTriangle, y2) F(RasterTriangle, q0) F(RasterTriangle, q_x) F(RasterTriangle, q_y) \
   F(RasterTriangle, q_min) F(RasterTriangle, q_max) F(RasterTriangle, triangle)

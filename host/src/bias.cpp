@@ -10,7 +10,7 @@ namespace parian {
 namespace {
 
 constexpr std::size_t chosen_pixels = 1024;
-constexpr std::uint32_t positions = 8;  // subpixel positions that both sides are compared at
+constexpr std::uint32_t positions = POSITIONS_SIDE_BY_SIDE;  // subpixel positions that both sides are compared at
 
 /// Some covered pixels at random, each once, in ascending order.
 std::vector<std::size_t> choose_pixels(const Halves& image, std::uint32_t seed) {
@@ -49,19 +49,14 @@ double Renderer::State::bias_relmse(std::size_t camera, const Halves& image) {
     const std::size_t pixels = std::size_t{w.width} * w.height;
     compute.fill(passes.film.sums, 0, pixels * 8);
     std::vector<cl_uint> open(pixels, 0);
-    for (const cl_uint i : in_window) open[i] = NO_DEPTH;
+    for (const cl_uint i : in_window) open[i] = 1;
     compute.write(passes.film.open, open);
-    open_film(passes, view, w);
-    for (std::uint32_t i = 0; i < positions; ++i) {
-      const glm::ivec2 s = subpixel_position(i, 0);
-      w.sample_x = s.x;
-      w.sample_y = s.y;
-      draw_film(passes, view, w, false, Stage::bias);
-      gather(passes, view, w, layers_of(camera), {0}, 1.0F / static_cast<float>(frame), i * rounds, rounds,
-             Stage::bias);
-      subtract_direct(passes, view, w, in_window, i * rounds, rounds, Stage::bias);
-    }
-    close_film(passes);
+    restrict_film(passes, view, w);
+    set_positions(w, 0, positions);
+    draw_film(passes, view, w, false, Stage::bias);
+    gather(passes, view, w, layers_of(camera), {0}, 1.0F / static_cast<float>(frame), 0, rounds, Stage::bias);
+    subtract_direct(passes, view, w, in_window, 0, rounds, Stage::bias);
+    free_film(passes, w);
     const std::vector<kernels::float4> sums = compute.read<kernels::float4>(passes.film.sums, pixels * 2);
     for (std::size_t i = 0; i < inside.size(); ++i) {
       const kernels::float4 a = sums[2 * in_window[i]], b = sums[2 * in_window[i] + 1];

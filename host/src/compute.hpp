@@ -77,8 +77,13 @@ class Compute {
   template <class T>
   [[nodiscard]] std::vector<T> read(const cl::Buffer& b, std::size_t count, std::size_t first = 0) {
     std::vector<T> data(count);
-    if (count) transfer(b, false, first * sizeof(T), count * sizeof(T), data.data());
+    read_into(data, b, first);
     return data;
+  }
+  /// As many as there is room for. Waits.
+  template <class T>
+  void read_into(std::vector<T>& data, const cl::Buffer& b, std::size_t first = 0) {
+    if (!data.empty()) transfer(b, false, first * sizeof(T), data.size() * sizeof(T), data.data());
   }
   /// Writes a few structs of 16 n bytes without waiting: as patterns, which OpenCL copies.
   template <class T>

@@ -149,11 +149,8 @@ void Renderer::restart() { state_->anew = true; }
 void Renderer::gather_into(std::size_t camera, const ImageTarget& target) {
   State& s = *state_;
   with_device_errors(s.compute.info(), [&] {
-    // Before an estimate says which level shows least error: each level's texels average four of the one below, so that
-    // one is taken whose texels have the samples of sixteen frames.
-    cl_uint level = s.level;
-    if (s.estimated_at == 0)
-      for (std::uint32_t frames = s.frame; frames < 16; frames *= 4) ++level;
+    // Before an estimate says which level shows least error, the likely one.
+    cl_uint level = s.estimated_at == 0 ? s.likely_level() : s.level;
     level = s.plan.pyramids ? std::min(level, s.passes.layers.levels - 1) : 0;
     colour_layers(s.passes);
     build_pyramids(s.passes, level);
@@ -162,7 +159,7 @@ void Renderer::gather_into(std::size_t camera, const ImageTarget& target) {
     for (const kernels::Window& w : tiles(s.scene.film, s.plan.window)) {
       const std::size_t pixels = std::size_t{w.width} * w.height;
       s.compute.fill(s.passes.film.sums, 0, pixels * 8);
-      s.compute.fill(s.passes.film.n_direct, 0, 2);
+      s.compute.fill(s.passes.film.n_direct, 0, POSITIONS_SIDE_BY_SIDE + 1);
       s.gather_window(camera, w, {level}, target.positions);
       s.compute.launch("gather_image", pixels, Stage::gather, w, s.passes.film.sums,
                        kernels::float4{gain.x, gain.y, gain.z, 0.0F}, per_position, target.first, target.pitch,

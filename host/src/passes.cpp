@@ -11,9 +11,20 @@ namespace parian {
 namespace {
 
 constexpr std::size_t large_items = 1024;  // work-items that draw large triangles
+constexpr cl_uint short_list = 1 << 14;    // work-items for lists of pixels that no layer sees, which are mostly empty
 
 cl_uint n_lights(const Passes& p) { return static_cast<cl_uint>(p.light_maps.lights.size()); }
 std::size_t pixels(const kernels::Window& w) { return std::size_t{w.width} * w.height; }
+std::size_t samples(const kernels::Window& w) { return pixels(w) << w.log_positions; }
+
+/// Work-items of a kernel that takes samples side by side, of one pixel or as many as the plan has lanes.
+std::size_t in_lanes(const Passes& p, std::size_t samples, std::uint32_t log_positions = 0) {
+  const std::size_t of_item = std::max(std::size_t{p.plan.lanes}, std::size_t{1} << log_positions);
+  return (samples + of_item - 1) / of_item;
+}
+std::size_t in_lanes(const Passes& p, const kernels::Window& w) { return in_lanes(p, samples(w), w.log_positions); }
+/// Launches that take a window's subpixel positions: with one lane, one for each.
+cl_uint launches(const Passes& p, const kernels::Window& w) { return p.plan.lanes == 1 ? 1U << w.log_positions : 1U; }
 
 kernels::float4 rgb(glm::dvec3 v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0.0F};
@@ -42,6 +53,21 @@ glm::ivec2 subpixel_position(std::uint32_t i, std::uint32_t start) {
   return i % 2 == 0 ? position : 256 - position;
 }
 
+std::uint32_t set_positions(kernels::Window& w, std::uint32_t first, std::uint32_t left) {
+  w.log_positions = 0;
+  while (2U << w.log_positions <= std::min(left, POSITIONS_SIDE_BY_SIDE)) ++w.log_positions;
+  const std::uint32_t count = 1U << w.log_positions;
+  std::fill(std::begin(w.subpixels), std::end(w.subpixels), 0);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const glm::uvec2 s(subpixel_position(first + i, 0));
+    w.subpixels[i / 2] |= (s.x | s.y << 8) << 16 * (i % 2);
+  }
+  const glm::ivec2 s = subpixel_position(first, 0);
+  w.sample_x = s.x;
+  w.sample_y = s.y;
+  return count;
+}
+
 void setup_view(Passes& p, const kernels::View& view, Stage stage) {
   Geometry& g = p.geometry;
   if (g.set_up && std::memcmp(&*g.set_up, &view, sizeof view) == 0) return;  // the records are this view's
@@ -49,20 +75,23 @@ void setup_view(Passes& p, const kernels::View& view, Stage stage) {
   p.compute.launch("raster_setup", g.n_triangles, stage, view, g.positions, g.triangles, g.n_triangles, g.records);
 }
 
-void draw(Passes& p, const kernels::Window& window, const cl::Buffer& depth, const cl::Buffer* ids, Stage stage,
-          const cl::Buffer* open) {
+void draw(Passes& p, const kernels::Window& window, const cl::Buffer& depth, const cl::Buffer* ids, Stage stage) {
   const Geometry& g = p.geometry;
-  if (open)
-    p.compute.copy(*open, depth, pixels(window));
-  else
-    p.compute.fill(depth, NO_DEPTH, pixels(window));
+  const Film& f = p.film;
+  const cl::Buffer& open = window.restricted ? f.open : depth;
+  if (window.restricted) {
+    const bool first = !f.drawn || f.window.log_positions != window.log_positions;
+    p.compute.launch("raster_clear", pixels(window), stage, window, open, first ? 1U : 0U, depth, *ids);
+  } else {
+    p.compute.fill(depth, NO_DEPTH, samples(window));
+    if (ids) p.compute.fill(*ids, NO_TRIANGLE, samples(window));
+  }
   p.compute.fill(g.n_large, 0, 1);
-  p.compute.launch("raster_depth", g.n_records, stage, window, g.records, g.n_records, g.n_large, g.large, depth);
-  p.compute.launch("raster_depth_large", large_items, stage, window, g.records, g.n_large, g.large, depth);
+  p.compute.launch("raster_depth", g.n_records, stage, window, open, g.records, g.n_records, g.n_large, g.large, depth);
+  p.compute.launch("raster_depth_large", large_items, stage, window, open, g.records, g.n_large, g.large, depth);
   if (!ids) return;
-  p.compute.fill(*ids, NO_TRIANGLE, pixels(window));
-  p.compute.launch("raster_ids", g.n_records, stage, window, g.records, g.n_records, depth, *ids);
-  p.compute.launch("raster_ids_large", large_items, stage, window, g.records, g.n_large, g.large, depth, *ids);
+  p.compute.launch("raster_ids", g.n_records, stage, window, open, g.records, g.n_records, depth, *ids);
+  p.compute.launch("raster_ids_large", large_items, stage, window, open, g.records, g.n_large, g.large, depth, *ids);
 }
 
 void make_light_maps(Passes& p, const std::vector<glm::dvec3>& points, std::uint32_t size) {
@@ -103,8 +132,8 @@ void draw_light_maps(Passes& p, std::uint32_t epoch, bool shift) {
       light.sample_x[half] = static_cast<float>(window.sample_x) / SUBPIXELS;
       light.sample_y[half] = static_cast<float>(window.sample_y) / SUBPIXELS;
       draw(p, window, m.depth, &m.ids, Stage::light_map);
-      p.compute.launch("light_map_resolve", texels, Stage::light_map, light.view, window, m.ids, g.positions,
-                       g.triangles, g.normals, light.map + half * texels, m.map);
+      p.compute.launch("light_map_resolve", in_lanes(p, texels), Stage::light_map, light.view, window, m.ids,
+                       g.positions, g.triangles, g.normals, light.map + half * texels, m.map);
     }
     if (!p.plan.height_pyramids) continue;
     p.compute.launch("light_map_extent", texels, Stage::light_map, texels, light.view.scale, m.map, light.map, m.extent,
@@ -141,9 +170,10 @@ void draw_layers(Passes& p) {
   const cl_uint texels = k.views.front().width * k.views.front().height;
   for (cl_uint layer = 0; layer < k.count(); ++layer) {
     setup_view(p, k.views[layer], Stage::layers);
-    draw(p, whole(k.views[layer]), k.depth, &k.view_ids, Stage::layers);
-    p.compute.launch("layers_resolve", texels, Stage::layers, k.views[layer], k.view_ids, g.positions, g.triangles,
-                     g.normals, layer * texels, k.ids, k.geometry, k.slots);
+    const kernels::Window window = whole(k.views[layer]);
+    draw(p, window, k.depth, &k.view_ids, Stage::layers);
+    p.compute.launch("layers_resolve", in_lanes(p, texels), Stage::layers, k.views[layer], window, k.view_ids,
+                     g.positions, g.triangles, g.normals, layer * texels, k.ids, k.geometry, k.slots);
   }
 }
 
@@ -159,8 +189,10 @@ void mark_needed(Passes& p, const kernels::View& view, const kernels::Window& wi
   const Geometry& g = p.geometry;
   const Layers& k = p.layers;
   draw_film(p, view, window, false, Stage::plan);
-  p.compute.launch("gather_mark", pixels(window), Stage::plan, view, window, p.film.ids, g.positions, g.triangles,
-                   g.normals, k.views_buffer, k.level_first_buffer, k.geometry, k.slots, 0U, k.count(), marks);
+  for (cl_uint i = 0; i < launches(p, window); ++i)
+    p.compute.launch("gather_mark", in_lanes(p, window), Stage::plan, view, window, p.film.ids, g.positions,
+                     g.triangles, g.normals, k.views_buffer, k.level_first_buffer, k.geometry, k.slots, 0U, k.count(),
+                     i, marks);
 }
 
 void allocate_points(Passes& p, std::size_t count) {
@@ -258,23 +290,26 @@ void build_pyramids(Passes& p, std::uint32_t level) {
 
 namespace {
 
-/// Adds pass 2's own function at the points of the film's listed pixels, times `sign`: `direct_points` at a time, as
-/// often as there might be pixels, since only the device knows how many there are.
-void launch_direct(Passes& p, const kernels::View& view, const kernels::Window& window, std::uint32_t round,
-                   std::uint32_t rounds, float sign, cl_uint sets, Stage stage) {
+/// Adds pass 2's own function at one of a window's subpixel positions of the pixels in one of the film's lists, times
+/// `sign`: `direct_points` at a time, as often as there might be pixels, since only the device knows how many there
+/// are.
+void launch_direct(Passes& p, const kernels::View& view, const kernels::Window& window, cl_uint position, cl_uint list,
+                   std::uint32_t round, std::uint32_t rounds, float sign, cl_uint sets, Stage stage) {
   const Geometry& g = p.geometry;
   const LightMaps& m = p.light_maps;
   const Film& f = p.film;
   const auto all = static_cast<cl_uint>(pixels(window));
   for (cl_uint first = 0; first < all; first += direct_points) {
     const cl_uint most = std::min(all - first, direct_points);
-    p.compute.launch("gather_points", most, stage, view, f.ids, window, g.positions, g.triangles, g.normals,
+    const std::size_t items = p.plan.lanes == 1 ? most : std::min(most, short_list);
+    p.compute.launch("gather_points", items, stage, view, f.ids, window, g.positions, g.triangles, g.normals,
                      m.lights_buffer, m.map, p.plan.boundary, p.plan.density.parameters, p.rho, m.extent, m.level_first,
-                     m.levels, n_lights(p), first, most, f.direct, f.n_direct, f.n_held, f.points, f.centres);
+                     m.levels, n_lights(p), position, list, first, most, f.direct, f.n_direct, f.n_held, f.points,
+                     f.centres);
     for (cl_uint l = 0; l < n_lights(p); ++l)
       launch_accumulate(p, f.n_held, items_of(p, most), f.points, f.centres, l, round, rounds, l > 0 ? 1 : 0,
                         colour_of(p, l), 0, f.values, stage);
-    p.compute.launch("gather_direct", most, stage, f.n_held, first, f.direct, f.points, f.values,
+    p.compute.launch("gather_direct", items, stage, f.n_held, list, first, f.direct, f.points, f.values,
                      sign / static_cast<float>(rounds), sets, all, f.sums);
   }
 }
@@ -285,30 +320,36 @@ bool draw_film(Passes& p, const kernels::View& view, const kernels::Window& wind
   Film& f = p.film;
   const bool same_view = f.drawn && std::memcmp(&*f.drawn, &view, sizeof view) == 0;
   if (!again && same_view && std::memcmp(&f.window, &window, sizeof window) == 0) return false;
-  if (!f.restricted) setup_view(p, view, stage);
-  draw(p, window, f.depth, &f.ids, stage, f.restricted ? &f.open : nullptr);
+  if (!window.restricted) setup_view(p, view, stage);
+  draw(p, window, f.depth, &f.ids, stage);
   f.drawn = view;
   f.window = window;
   return true;
 }
 
 void gather(Passes& p, const kernels::View& view, const kernels::Window& window, const LayerRange& layers,
-            const std::vector<cl_uint>& levels, float scale, std::uint32_t round, std::uint32_t rounds, Stage stage,
-            std::uint32_t position) {
+            const std::vector<cl_uint>& levels, float scale, std::uint32_t round, std::uint32_t rounds, Stage stage) {
   const Geometry& g = p.geometry;
   const Layers& k = p.layers;
   const Film& f = p.film;
   cl_uint4 level{};
   for (std::size_t s = 0; s < levels.size(); ++s) level.s[s] = levels[s];
-  const cl_uint sets = static_cast<cl_uint>(levels.size());
-  if (position != NO_POSITION)
-    p.compute.launch("gather_edges", pixels(window), stage, view, window, f.ids, g.positions, g.triangles, g.normals,
-                     position, f.planes, f.edges);
-  p.compute.fill(f.n_direct, 0, 1);
-  p.compute.launch("gather_pixels", pixels(window), stage, view, window, f.ids, g.positions, g.triangles, g.normals,
-                   k.views_buffer, k.level_first_buffer, k.geometry, k.slots, layers.first, layers.count, k.values,
-                   scale, p.plan.boundary, level, sets, f.sums, f.n_direct, f.direct, f.edges);
-  launch_direct(p, view, window, round, rounds, 1.0F, sets, stage);
+  const cl_uint sets = static_cast<cl_uint>(levels.size()), positions = 1U << window.log_positions;
+  p.compute.fill(f.n_direct, 0, positions);
+  for (cl_uint i = 0; i < launches(p, window); ++i)
+    p.compute.launch("gather_pixels", in_lanes(p, window), stage, view, window, f.ids, g.positions, g.triangles,
+                     g.normals, k.views_buffer, k.level_first_buffer, k.geometry, k.slots, layers.first, layers.count,
+                     k.values, scale, p.plan.boundary, level, sets, i, f.sums, f.n_direct, f.direct, f.edges);
+  for (cl_uint i = 0; i < positions; ++i)
+    launch_direct(p, view, window, i, i, round + i * rounds, rounds, 1.0F, sets, stage);
+}
+
+void find_edges(Passes& p, const kernels::View& view, const kernels::Window& window) {
+  const Geometry& g = p.geometry;
+  const Film& f = p.film;
+  p.compute.fill(f.edges, 0, pixels(window));
+  p.compute.launch("gather_edges", in_lanes(p, window), Stage::gather, view, window, f.ids, g.positions, g.triangles,
+                   g.normals, f.edges);
 }
 
 void settle_film(Passes& p, const kernels::Window& window, std::size_t levels, std::uint32_t done,
@@ -319,16 +360,17 @@ void settle_film(Passes& p, const kernels::Window& window, std::size_t levels, s
                    f.open);
 }
 
-void open_film(Passes& p, const kernels::View& view, const kernels::Window& window) {
+void restrict_film(Passes& p, const kernels::View& view, kernels::Window& window) {
   Geometry& g = p.geometry;
   setup_view(p, view, Stage::gather);
   p.compute.launch("gather_cull", g.n_records, Stage::gather, window, p.film.open, g.n_records, g.records);
   g.set_up.reset();  // records are gone
-  p.film.restricted = true;
+  p.film.drawn.reset();
+  window.restricted = 1;
 }
 
-void close_film(Passes& p) {
-  p.film.restricted = false;
+void free_film(Passes& p, kernels::Window& window) {
+  window.restricted = 0;
   p.film.drawn.reset();
 }
 
@@ -337,7 +379,8 @@ void subtract_direct(Passes& p, const kernels::View& view, const kernels::Window
   if (chosen.empty()) return;
   p.compute.write(p.film.direct, chosen);
   p.compute.fill(p.film.n_direct, static_cast<cl_uint>(chosen.size()), 1);
-  launch_direct(p, view, window, round, rounds, -1.0F, 1, stage);
+  for (cl_uint i = 0; i < 1U << window.log_positions; ++i)
+    launch_direct(p, view, window, i, 0, round + i * rounds, rounds, -1.0F, 1, stage);
 }
 
 }  // namespace parian

@@ -41,15 +41,14 @@ struct Layers {
   [[nodiscard]] cl_uint count() const { return static_cast<cl_uint>(views.size()); }
 };
 
-/// The camera's film: halves A and B for up to three pyramid levels, the list of pixels that no layer sees, how many
-/// these are now and were in all, and the points of some of them with their values.
+/// The camera's film: halves A and B for up to three pyramid levels, lists of pixels that no layer sees, one for each
+/// subpixel position, how many these are now and were in all, and the points of some of them with their values.
 struct Film {
   cl::Buffer depth, ids, sums, direct, n_direct;
   cl::Buffer n_held, points, centres, values;
-  cl::Buffer planes, edges, open;      ///< of each pixel: its first hit's plane, whether it is an edge, what to draw
+  cl::Buffer edges, open;              ///< of each pixel: whether it is an edge, and what to draw
   std::optional<kernels::View> drawn;  ///< of which ids hold `window`
   kernels::Window window{};
-  bool restricted = false;  ///< to open pixels
 };
 
 /// The layers that a view reads: all of them, or its own alone.
@@ -73,9 +72,8 @@ struct Passes {
 
 /// Set-up of one view, unless it's the last one; `draw` then fills depth, and ids if given, for a window of it.
 void setup_view(Passes& p, const kernels::View& view, Stage stage);
-/// Where `open` isn't NO_DEPTH, nothing is drawn.
-void draw(Passes& p, const kernels::Window& window, const cl::Buffer& depth, const cl::Buffer* ids, Stage stage,
-          const cl::Buffer* open = nullptr);
+/// A restricted window is the film's: see restrict_film.
+void draw(Passes& p, const kernels::Window& window, const cl::Buffer& depth, const cl::Buffer* ids, Stage stage);
 
 /// Pass 1: (re)draws the maps of all lights with the sub-texel shifts of `epoch`, and their height pyramids.
 void make_light_maps(Passes& p, const std::vector<glm::dvec3>& points, std::uint32_t size);
@@ -111,21 +109,23 @@ void build_pyramids(Passes& p, std::uint32_t level);
 
 /// Draws a window of a view into the film's ids, unless they hold it already; returns whether it had to.
 bool draw_film(Passes& p, const kernels::View& view, const kernels::Window& window, bool again, Stage stage);
-/// Pass 4: adds one subpixel position of a window of a view, which draw_film has drawn, to the film, for the given
-/// levels of the layers. `scale` is 1 / frames; pixels that no layer sees take `rounds` rounds of samples from round
-/// `round` on. `position` numbers those that look for edges.
+/// Pass 4: adds the subpixel positions of a window of a view, which draw_film has drawn, to the film, for the given
+/// levels of the layers. `scale` is 1 / frames; pixels that no layer sees take `rounds` rounds of samples at each
+/// position, from round `round` on.
 void gather(Passes& p, const kernels::View& view, const kernels::Window& window, const LayerRange& layers,
-            const std::vector<cl_uint>& levels, float scale, std::uint32_t round, std::uint32_t rounds, Stage stage,
-            std::uint32_t position = NO_POSITION);
-/// After `done` of `positions` subpixel positions that looked for edges: pixels without one count as gathered at all
-/// positions, and the others are written to the film's `open`.
+            const std::vector<cl_uint>& levels, float scale, std::uint32_t round, std::uint32_t rounds, Stage stage);
+/// Which pixels of a window that draw_film has drawn have edges, going by its subpixel positions; `gather` adds those
+/// that no layer sees.
+void find_edges(Passes& p, const kernels::View& view, const kernels::Window& window);
+/// After `done` of `positions` subpixel positions: pixels without an edge near by count as gathered at all positions,
+/// and the others are written to the film's `open`.
 void settle_film(Passes& p, const kernels::Window& window, std::size_t levels, std::uint32_t done,
                  std::uint32_t positions);
-/// From now on draws nothing but the pixels that are `open`, until close_film.
-void open_film(Passes& p, const kernels::View& view, const kernels::Window& window);
-void close_film(Passes& p);
+/// From now on draws nothing of this window but the pixels that are `open`, until free_film.
+void restrict_film(Passes& p, const kernels::View& view, kernels::Window& window);
+void free_film(Passes& p, kernels::Window& window);
 /// Subtracts from the film what pass 2's function gives at the points of some pixels themselves, at the subpixel
-/// position that `gather` has just added.
+/// positions that `gather` has just added.
 void subtract_direct(Passes& p, const kernels::View& view, const kernels::Window& window,
                      const std::vector<cl_uint>& chosen, std::uint32_t round, std::uint32_t rounds, Stage stage);
 
@@ -133,5 +133,8 @@ void subtract_direct(Passes& p, const kernels::View& view, const kernels::Window
 /// followed by its mirror image, since positions that aren't centred shift the image: 64 of R2 alone by 0.02 pixels,
 /// which is 1 % of the light at a silhouette.
 [[nodiscard]] glm::ivec2 subpixel_position(std::uint32_t i, std::uint32_t start);
+/// Has a window drawn at the film's subpixel positions from `first` on, as many side by side as can be but no more than
+/// `left`; returns how many.
+std::uint32_t set_positions(kernels::Window& w, std::uint32_t first, std::uint32_t left);
 
 }  // namespace parian

@@ -216,7 +216,7 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
     const std::uint64_t film_sums = pixels * 32 * (plan.pyramids ? 3 : 1);
     plan.largest = std::max(largest, film_sums);
     plan.bytes = bytes + std::min<std::uint64_t>(pixels, direct_points) * (64 + 16 * plan.lights.size()) + film_sums +
-                 pixels * 36;
+                 pixels * (8 + 12 * POSITIONS_SIDE_BY_SIDE);
     if (!too_large()) break;
   }
   plan.window = std::max(plan.window, smallest_window);

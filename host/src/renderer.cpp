@@ -18,7 +18,7 @@ constexpr std::uint32_t coarsest_level = 6;  // more blur than 64 texels shows n
 // Of an estimate that looks at one subpixel position, in 1/256: where a bilinear look-up averages noise away as much as
 // a whole pixel's look-ups do if texels are pixels, (0.78^2 + 0.22^2)^2 = (0.125^2 + 0.75^2 + 0.125^2)^2.
 constexpr int single_position = 200;
-constexpr std::uint32_t interior_positions = 8;  // of pixels without an edge near by
+constexpr std::uint32_t interior_positions = POSITIONS_SIDE_BY_SIDE;  // of pixels without an edge near by
 
 }  // namespace
 
@@ -65,20 +65,19 @@ void Renderer::State::allocate_film() {
   Film& f = passes.film;
   for (;; plan.window /= 2) {
     for (cl::Buffer* b : {&f.depth, &f.ids, &f.direct, &f.n_direct, &f.n_held, &f.points, &f.centres, &f.values,
-                          &f.planes, &f.edges, &f.open, &f.sums})
+                          &f.edges, &f.open, &f.sums})
       compute.release(*b);
     const std::size_t pixels = std::size_t{std::min(scene.film.x, plan.window)} * std::min(scene.film.y, plan.window);
     const std::size_t held = std::min<std::size_t>(pixels, direct_points);
     try {
-      f.depth = compute.buffer<cl_uint>(pixels);
-      f.ids = compute.buffer<cl_uint>(pixels);
-      f.direct = compute.buffer<cl_uint>(pixels);
-      f.n_direct = compute.buffer<cl_uint>(2);
+      f.depth = compute.buffer<cl_uint>(pixels * POSITIONS_SIDE_BY_SIDE);
+      f.ids = compute.buffer<cl_uint>(pixels * POSITIONS_SIDE_BY_SIDE);
+      f.direct = compute.buffer<cl_uint>(pixels * POSITIONS_SIDE_BY_SIDE);
+      f.n_direct = compute.buffer<cl_uint>(POSITIONS_SIDE_BY_SIDE + 1);
       f.n_held = compute.buffer<cl_uint>(1);
       f.points = compute.buffer<kernels::float4>(2 * held);
       f.centres = compute.buffer<kernels::float4>(plan.lights.size() * held);
       f.values = compute.buffer<kernels::float4>(2 * held);
-      f.planes = compute.buffer<kernels::float4>(pixels);
       f.edges = compute.buffer<cl_uint>(pixels);
       f.open = compute.buffer<cl_uint>(pixels);
       f.sums = compute.buffer<kernels::float4>(pixels * 2 * (plan.pyramids ? 3 : 1));
@@ -223,20 +222,30 @@ void Renderer::State::gather_window(std::size_t camera, kernels::Window w, const
   const kernels::View& view = cameras[camera];
   const std::uint32_t rounds = (frame + positions - 1) / positions;
   const bool settling = settles(positions);
-  if (settling) compute.fill(passes.film.edges, 0, std::size_t{w.width} * w.height);
-  for (std::uint32_t i = 0; i < positions; ++i) {
+  for (std::uint32_t i = 0; i < positions;) {
     if (settling && i == interior_positions) {
       settle_film(passes, w, levels.size(), i, positions);
-      open_film(passes, view, w);
+      restrict_film(passes, view, w);
     }
-    const glm::ivec2 s = positions == 1 ? glm::ivec2(single_position) : subpixel_position(i, 0);
-    w.sample_x = s.x;
-    w.sample_y = s.y;
+    std::uint32_t count = 1;
+    if (positions == 1)
+      w.sample_x = w.sample_y = single_position;
+    else
+      count = set_positions(w, i, positions - i);
     undrawn += !draw_film(passes, view, w, kept(settings, "camera-redraws"), Stage::gather);
+    if (settling && i == 0) find_edges(passes, view, w);
     gather(passes, view, w, layers_of(camera), levels, 1.0F / static_cast<float>(frame), i * rounds, rounds,
-           Stage::gather, settling && i < interior_positions ? i : NO_POSITION);
+           Stage::gather);
+    i += count;
   }
-  if (settling) close_film(passes);
+  if (settling) free_film(passes, w);
+}
+
+/// Each level's texels average four of the one below: the finest whose texels have the samples of sixteen frames.
+std::uint32_t Renderer::State::likely_level() const {
+  std::uint32_t likely = 0;
+  for (std::uint32_t frames = frame; frames < 16; frames *= 4) ++likely;
+  return likely;
 }
 
 std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std::vector<cl_uint>& levels,
@@ -265,14 +274,15 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
     {
       Timer timer(statistics.seconds.gather);
       compute.fill(passes.film.sums, 0, pixels * 8 * levels.size());
-      compute.fill(passes.film.n_direct, 0, 2);
+      compute.fill(passes.film.n_direct, 0, POSITIONS_SIDE_BY_SIDE + 1);
       gather_window(camera, w, levels, positions);
       compute.finish();
     }
     Timer timer(statistics.seconds.read);
-    const std::vector<kernels::float4> sums =
-        compute.read<kernels::float4>(passes.film.sums, pixels * 2 * levels.size());
-    direct += compute.read<cl_uint>(passes.film.n_direct, 1, 1)[0];
+    std::vector<kernels::float4>& sums = film_sums;
+    sums.resize(pixels * 2 * levels.size());
+    compute.read_into(sums, passes.film.sums);
+    direct += compute.read<cl_uint>(passes.film.n_direct, 1, POSITIONS_SIDE_BY_SIDE)[0];
     if (settles(positions)) {
       const std::vector<cl_uint> open = compute.read<cl_uint>(passes.film.open, pixels);
       for (std::size_t i = 0; i < pixels; ++i)
@@ -299,16 +309,8 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
 double Renderer::estimate() {
   State& s = *state_;
   return with_device_errors(s.compute.info(), [&] {
-    // The first estimate tries all levels; later ones the level shown and all finer, since the best level falls as the
-    // image converges.
-    std::uint32_t top = s.level;
-    if (s.estimated_at == 0 && s.plan.pyramids) top = std::min(s.passes.layers.levels - 1, coarsest_level);
-    s.estimated_at = s.frame;
     double best = INFINITY;
-    for (std::uint32_t level = top;; level -= 2) {
-      std::vector<cl_uint> levels;
-      if (level > 0) levels.push_back(level);
-      if (level > 1) levels.push_back(level - 1);
+    const auto try_levels = [&](std::vector<cl_uint> levels) {
       levels.push_back(0);
       std::vector<double> worst(levels.size(), -1.0);
       for (std::size_t camera = 0; camera < s.cameras.size(); ++camera) {
@@ -320,7 +322,21 @@ double Renderer::estimate() {
           best = worst[i];
           s.level = levels[i];
         }
+    };
+    // The best level falls as the image converges. The first estimate starts above the likely one, and goes up as long
+    // as that helps; later ones try the level shown and the next finer.
+    const std::uint32_t coarsest = s.plan.pyramids ? std::min(s.passes.layers.levels - 1, coarsest_level) : 0;
+    const bool first = s.estimated_at == 0;
+    const std::uint32_t top = first ? std::min(s.likely_level() + 1, coarsest) : s.level;
+    s.estimated_at = s.frame;
+    for (std::uint32_t level = top;; level -= 2) {
+      try_levels(level > 1 ? std::vector{level, level - 1} : std::vector(level, level));
       if (level <= 2) break;
+    }
+    for (std::uint32_t level = top; first && level < coarsest && s.level == level;) {
+      const std::uint32_t next = std::min(level + 2, coarsest);
+      try_levels(next == level + 2 ? std::vector{next, level + 1} : std::vector{next});
+      level = next;
     }
     s.statistics.estimated_relmse = best;
     return best;

@@ -62,6 +62,8 @@ struct Renderer::State {
   bool anew = false;       // sums start again
   glm::dvec3 colour{1.0};  // of the lights, relative to the values of what has been summed
 
+  std::vector<kernels::float4>
+      film_sums;                      // of the last film that was read: to allocate it anew each time would take longer
   std::uint64_t fallback_pixels = 0;  // of the last gather
   double direct_evaluations = 0.0;    // at pixels themselves
   std::uint32_t redraws = 0;          // of the light maps, after the first
@@ -88,6 +90,7 @@ struct Renderer::State {
   void leave_out(const std::string& what, const std::string& why, const std::string& unit, double count);
   [[nodiscard]] std::vector<Omission> left_out_while_rendering() const;
   [[nodiscard]] std::uint32_t samples_per_frame() const;
+  [[nodiscard]] std::uint32_t likely_level() const;
   [[nodiscard]] std::uint32_t positions_of_estimate(std::size_t camera) const;
   /// Whether, of so many subpixel positions, pixels without an edge near by need the first few only.
   [[nodiscard]] bool settles(std::uint32_t positions) const;

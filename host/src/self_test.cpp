@@ -148,8 +148,8 @@ SelfTestAnswer raster_answer(Compute& compute) {
   cl::Buffer n_large = compute.upload(std::vector<cl_uint>{0});
   cl::Buffer depth = compute.upload(std::vector<cl_uint>(side * side, NO_DEPTH)),
              ids = compute.upload(std::vector<cl_uint>(side * side, NO_TRIANGLE));
-  compute.launch("raster_depth", n, Stage::plan, window, records, n, n_large, large, depth);
-  compute.launch("raster_ids", n, Stage::plan, window, records, n, depth, ids);
+  compute.launch("raster_depth", n, Stage::plan, window, depth, records, n, n_large, large, depth);
+  compute.launch("raster_ids", n, Stage::plan, window, depth, records, n, depth, ids);
   const std::vector<cl_uint> depths = compute.read<cl_uint>(depth, side * side),
                              found = compute.read<cl_uint>(ids, side * side);
   for (cl::Buffer* buffer : {&records, &large, &n_large, &depth, &ids}) compute.release(*buffer);

@@ -103,8 +103,8 @@ double layer_coverage(Passes& p, const SurfaceSight& sight) {
   const Layers& k = p.layers;
   const cl_uint n = static_cast<cl_uint>(sight.outside.size());
   cl::Buffer points = p.compute.upload(sight.points), weights = p.compute.buffer<float>(n);
-  p.compute.launch("gather_weight", n, Stage::plan, n, points, k.views_buffer, k.level_first_buffer, k.geometry,
-                   k.slots, 0U, k.count(), weights);
+  p.compute.launch("gather_weight", (n + p.plan.lanes - 1) / p.plan.lanes, Stage::plan, n, points, k.views_buffer,
+                   k.level_first_buffer, k.geometry, k.slots, 0U, k.count(), weights);
   const std::vector<float> weight = p.compute.read<float>(weights, n);
   for (cl::Buffer* b : {&points, &weights}) p.compute.release(*b);
   std::size_t visible = 0, covered = 0;
@@ -139,10 +139,8 @@ std::vector<cl_uint> read_texels(Passes& p, const std::vector<kernels::View>& ca
     const double texels = texels_per_pixel(p.layers, view);
     const auto positions = static_cast<std::uint32_t>(std::clamp(8.0 * std::ceil(texels * texels), 8.0, 64.0));
     for (kernels::Window w : tiles(film, p.plan.window))
-      for (std::uint32_t i = 0; i < positions; ++i) {
-        const glm::ivec2 s = subpixel_position(i, 0);
-        w.sample_x = s.x;
-        w.sample_y = s.y;
+      for (std::uint32_t i = 0; i < positions;) {
+        i += set_positions(w, i, positions - i);
         mark_needed(p, view, w, marks);
       }
   }

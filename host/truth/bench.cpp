@@ -111,7 +111,7 @@ class Accounts {
   Accounts(const Plan& plan, const Settings& settings, const Statistics& statistics, const std::vector<Run>& runs,
            double pixels)
       : plan_(plan), settings_(settings), statistics_(statistics), runs_(runs) {
-    const double gathered = items(Stage::gather, "gather_pixels");
+    const double gathered = items(Stage::gather, "gather_pixels") * plan_.lanes;
     positions_ = std::max(1.0, gathered / pixels);
   }
   [[nodiscard]] double positions() const { return positions_; }
@@ -121,7 +121,7 @@ class Accounts {
     add_raster(pass, Stage::light_map);
     const costs::Cost texel = costs::light_map_resolve, extent = costs::light_map_extent,
                       up = costs::light_map_extent_up;
-    const double texels = items(Stage::light_map, "light_map_resolve");
+    const double texels = items(Stage::light_map, "light_map_resolve") * plan_.lanes;
     const double extents = items(Stage::light_map, "light_map_extent");
     const double nodes = items(Stage::light_map, "light_map_extent_up");
     add(pass, Stage::light_map, "texels", "texels", map, texels,
