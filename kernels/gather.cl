@@ -357,7 +357,8 @@ __kernel void gather_points(const View view, __global const uint* restrict ids, 
                             const uint list, const uint first, const uint most, __global const uint* restrict direct,
                             __global uint* restrict n_direct, __global uint* restrict n_held,
                             __global float4* restrict points, __global float4* restrict centres) {
-  const uint id = (uint)get_global_id(0), items = (uint)get_global_size(0);
+  // Work-groups take points in turn, so that a few points keep all compute units busy.
+  const uint id = (uint)(get_local_id(0) * get_num_groups(0) + get_group_id(0)), items = (uint)get_global_size(0);
   const uint n_all = n_direct[list], n_points = n_all > first ? min(n_all - first, most) : 0;
   if (id == 0) n_held[0] = n_points;
   if (id == 0 && first == 0) n_direct[POSITIONS_SIDE_BY_SIDE] += n_all;
