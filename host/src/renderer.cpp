@@ -291,6 +291,7 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
     for (std::size_t set = 0; set < levels.size(); ++set)
       for (std::size_t i = 0; i < pixels; ++i) {
         const kernels::float4 a = sums[2 * (set * pixels + i)], b = sums[2 * (set * pixels + i) + 1];
+        if (a.w == 0.0F) continue;  // all is 0
         const std::size_t at = (w.y + i / w.width) * scene.film.x + w.x + i % w.width;
         halves[set].a[at] = glm::vec3(a.x, a.y, a.z) * weight;
         halves[set].b[at] = glm::vec3(b.x, b.y, b.z) * weight;
@@ -323,11 +324,11 @@ double Renderer::estimate() {
           s.level = levels[i];
         }
     };
-    // The best level falls as the image converges. The first estimate starts above the likely one, and goes up as long
-    // as that helps; later ones try the level shown and the next finer.
+    // The best level falls as the image converges. The first estimate starts at the likely one, and goes up as long as
+    // that helps; later ones try the level shown and the next finer.
     const std::uint32_t coarsest = s.plan.pyramids ? std::min(s.passes.layers.levels - 1, coarsest_level) : 0;
     const bool first = s.estimated_at == 0;
-    const std::uint32_t top = first ? std::min(s.likely_level() + 1, coarsest) : s.level;
+    const std::uint32_t top = first ? std::min(s.likely_level(), coarsest) : s.level;
     s.estimated_at = s.frame;
     for (std::uint32_t level = top;; level -= 2) {
       try_levels(level > 1 ? std::vector{level, level - 1} : std::vector(level, level));
