@@ -81,6 +81,10 @@ void Renderer::State::allocate_film() {
       f.edges = compute.buffer<cl_uint>(pixels);
       f.open = compute.buffer<cl_uint>(pixels);
       f.sums = compute.buffer<kernels::float4>(pixels * 2 * (plan.pyramids ? 3 : 1));
+      // Some drivers find memory when it is first used: now, while there are smaller windows, and not in a picture's
+      // time.
+      for (const cl::Buffer* b : {&f.depth, &f.ids, &f.direct}) compute.fill(*b, 0, pixels * POSITIONS_SIDE_BY_SIDE);
+      compute.fill(f.sums, 0, pixels * 8 * (plan.pyramids ? 3 : 1));
       return;
     } catch (const cl::Error& e) {
       if (e.err() != CL_MEM_OBJECT_ALLOCATION_FAILURE || plan.window <= smallest_window) throw;
