@@ -111,7 +111,8 @@ class Accounts {
   Accounts(const Plan& plan, const Settings& settings, const Statistics& statistics, const std::vector<Run>& runs,
            double pixels)
       : plan_(plan), settings_(settings), statistics_(statistics), runs_(runs) {
-    const double gathered = items(Stage::gather, "gather_pixels") * plan_.lanes;
+    const double samples_of_item = plan_.lanes == 1 ? 1 : std::max(plan_.lanes, POSITIONS_SIDE_BY_SIDE);
+    const double gathered = items(Stage::gather, "gather_pixels") * samples_of_item;
     positions_ = std::max(1.0, gathered / pixels);
   }
   [[nodiscard]] double positions() const { return positions_; }
@@ -202,7 +203,8 @@ class Accounts {
 
   void add_raster(BenchPass& pass, Stage stage) const {
     const double setups = items(stage, "raster_setup") / times(stage);
-    const double drawn = items(stage, "raster_depth") / times(stage) / plan_.slots;
+    const double side_by_side = stage == Stage::gather ? POSITIONS_SIDE_BY_SIDE : 1;
+    const double drawn = side_by_side * items(stage, "raster_depth") / times(stage) / plan_.slots;
     const double records = (items(stage, "raster_depth") + items(stage, "raster_ids")) / times(stage);
     add(pass, stage, "triangles", "triangles", raster, drawn,
         {setups * costs::raster_setup.operations + records * costs::raster_draw.operations,
