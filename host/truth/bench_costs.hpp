@@ -57,8 +57,8 @@ inline constexpr Cost pyramids_level{16 * 20 + 16 + 112 + 23, 5 * (4 + 16 + 2 * 
 
 // gather.cl, a covered pixel at one level: place 4, surface, T21 34 and bend_normal, four texels' values 52, means 6,
 // film 14. Then each layer's cosine 6, and the rest of sight_of and texel_weight for layers that look at the point less
-// obliquely than OBLIQUE: (1 - sqrt(0.2)) / 2 of directions spread evenly. Its triangle, the film, and one look-up of four
-// texels.
+// obliquely than OBLIQUE: (1 - sqrt(0.2)) / 2 of directions spread evenly. Its triangle, the film, and one look-up of
+// four texels.
 inline constexpr Cost gather_pixel{4 + surface_at + 34 + bend_normal + 52 + 6 + 14,
                                    4 + 2 * 2 * 16 + 4 * (4 + 16 + 2 * 16)};
 inline constexpr double gather_layer = 6 + 0.276 * 137;

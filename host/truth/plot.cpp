@@ -199,7 +199,7 @@ std::string names(const Plot& plot, const Frame& f) {
     svg += fmt::format(R"(<text x="{:.1f}" y="{:.1f}" fill="{}"{}>{})", x, label.written + 4, label.series->colour,
                        label.series->bold ? R"( font-weight="600")" : "", escaped(label.series->name));
     if (!label.series->note.empty())
-      svg += fmt::format(R"(<tspan fill="#555" font-weight="400"> {}</tspan>)", escaped(label.series->note));
+      svg += fmt::format(R"(<tspan dx="4" fill="#555" font-weight="400">{}</tspan>)", escaped(label.series->note));
     svg += "</text>";
   }
   return svg + "</g>";
