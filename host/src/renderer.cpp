@@ -315,7 +315,9 @@ double Renderer::estimate() {
   State& s = *state_;
   return with_device_errors(s.compute.info(), [&] {
     double best = INFINITY;
-    const auto try_levels = [&](std::vector<cl_uint> levels) {
+    const auto try_levels = [&](std::uint32_t highest, std::uint32_t lowest) {  // two of them, and level 0
+      std::vector<cl_uint> levels;
+      for (std::uint32_t level = highest; level >= std::max(lowest, 1U); --level) levels.push_back(level);
       levels.push_back(0);
       std::vector<double> worst(levels.size(), -1.0);
       for (std::size_t camera = 0; camera < s.cameras.size(); ++camera) {
@@ -335,13 +337,12 @@ double Renderer::estimate() {
     const std::uint32_t top = first ? std::min(s.likely_level(), coarsest) : s.level;
     s.estimated_at = s.frame;
     for (std::uint32_t level = top;; level -= 2) {
-      try_levels(level > 1 ? std::vector{level, level - 1} : std::vector(level, level));
+      try_levels(level, level - std::min(level, 1U));
       if (level <= 2) break;
     }
-    for (std::uint32_t level = top; first && level < coarsest && s.level == level;) {
-      const std::uint32_t next = std::min(level + 2, coarsest);
-      try_levels(next == level + 2 ? std::vector{next, level + 1} : std::vector{next});
-      level = next;
+    for (std::uint32_t level = top, next; first && level < coarsest && s.level == level; level = next) {
+      next = std::min(level + 2, coarsest);
+      try_levels(next, level + 1);
     }
     s.statistics.estimated_relmse = best;
     return best;
