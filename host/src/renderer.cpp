@@ -44,6 +44,7 @@ void Renderer::State::prepare() {
     passes.media = compute.upload(plan.media);
     passes.rho = compute.upload(plan.density.rho);
     allocate_film();
+    touch_film();
     make_light_maps(passes, device_mesh ? sphere_points() : scene.mesh.positions, settings.light_map_size);
     draw_light_maps(passes, 0, settings.light_map_shift);
     if (settings.still)
@@ -81,10 +82,6 @@ void Renderer::State::allocate_film() {
       f.edges = compute.buffer<cl_uint>(pixels);
       f.open = compute.buffer<cl_uint>(pixels);
       f.sums = compute.buffer<kernels::float4>(pixels * 2 * (plan.pyramids ? 3 : 1));
-      // Some drivers find memory when it is first used: now, while there are smaller windows, and not in a picture's
-      // time.
-      for (const cl::Buffer* b : {&f.depth, &f.ids, &f.direct}) compute.fill(*b, 0, pixels * POSITIONS_SIDE_BY_SIDE);
-      compute.fill(f.sums, 0, pixels * 8 * (plan.pyramids ? 3 : 1));
       return;
     } catch (const cl::Error& e) {
       if (e.err() != CL_MEM_OBJECT_ALLOCATION_FAILURE || plan.window <= smallest_window) throw;
@@ -92,6 +89,14 @@ void Renderer::State::allocate_film() {
       if (e.code() != CL_MEM_OBJECT_ALLOCATION_FAILURE || plan.window <= smallest_window) throw;
     }
   }
+}
+
+/// Some drivers find memory when it is first used: while planning, and not in the first picture's time.
+void Renderer::State::touch_film() {
+  const Film& f = passes.film;
+  const std::size_t pixels = std::size_t{std::min(scene.film.x, plan.window)} * std::min(scene.film.y, plan.window);
+  for (const cl::Buffer* b : {&f.depth, &f.ids, &f.direct}) compute.fill(*b, 0, pixels * POSITIONS_SIDE_BY_SIDE);
+  compute.fill(f.sums, 0, pixels * 8 * (plan.pyramids ? 3 : 1));
 }
 
 /// One subpixel position tells a pixel's error where texels are as large as pixels; elsewhere about one per texel does.

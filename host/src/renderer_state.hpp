@@ -86,6 +86,7 @@ struct Renderer::State {
   bool recolour(const std::vector<DirectionalLight>& lights);
   void count_layers(std::size_t covered, std::size_t needed);
   void allocate_film();
+  void touch_film();
   [[nodiscard]] LayerRange layers_of(std::size_t camera) const;
   void leave_out(const std::string& what, const std::string& why, const std::string& unit, double count);
   [[nodiscard]] std::vector<Omission> left_out_while_rendering() const;
