@@ -33,20 +33,18 @@ typedef struct {
   real distance, u, v, facing;
 } Sight;
 
-static Sight sight_of(Layers layers, uint layer, uint level, real3 x, real3 n, float least) {
+static void sight_of(Layers layers, uint layer, uint level, real3 x, real3 n, float least, Sight* s) {
   __constant View* view = layers.views + layer;
   const int pinhole = view->near_distance > 0.0f;
-  Sight s;
-  s.c = to_frame_wide(*view, real3_sub(x, uniform3(view->origin)));
-  s.m = to_frame_wide(*view, n);
-  s.distance = pinhole ? -s.c.z : real_splat(1.0f);  // texels of a pinhole grow with it
-  const real cosine = pinhole ? -1.0f * real3_dot(s.m, s.c) * real_rsqrt(real3_dot(s.c, s.c)) : s.m.z;
+  s->c = to_frame_wide(*view, real3_sub(x, uniform3(view->origin)));
+  s->m = to_frame_wide(*view, n);
+  s->distance = pinhole ? -s->c.z : real_splat(1.0f);  // texels of a pinhole grow with it
+  const real cosine = pinhole ? -1.0f * real3_dot(s->m, s->c) * real_rsqrt(real3_dot(s->c, s->c)) : s->m.z;
   const float side = (float)(1u << level);
-  s.u = (s.c.x / s.distance * view->scale + view->centre_x) / side - 0.5f;
-  s.v = (s.c.y / s.distance * view->scale + view->centre_y) / side - 0.5f;
-  s.facing =
-      real_select((cosine > 0.0f) & (s.distance > view->near_distance), cosine * cosine - least, real_splat(0.0f));
-  return s;
+  s->u = (s->c.x / s->distance * view->scale + view->centre_x) / side - 0.5f;
+  s->v = (s->c.y / s->distance * view->scale + view->centre_y) / side - 0.5f;
+  s->facing =
+      real_select((cosine > 0.0f) & (s->distance > view->near_distance), cosine * cosine - least, real_splat(0.0f));
 }
 
 // How much one of the four texels around each point counts: bilinear weight x facing where the texel and the point lie
@@ -91,7 +89,8 @@ static real gather_level(Layers layers, uint level, real3 x, real3 n, mask skip,
     if (mask_all(done)) break;
     total = real_select(done, total, zero);
     ROLLED for (uint layer = layers.first; layer < layers.first + layers.count; ++layer) {
-      const Sight s = sight_of(layers, layer, level, x, n, oblique ? EDGE_ON : OBLIQUE);
+      Sight s;
+      sight_of(layers, layer, level, x, n, oblique ? EDGE_ON : OBLIQUE, &s);
       if (mask_all(done | (s.facing <= 0.0f))) continue;
       ROLLED for (uint corner = 0; corner < 4; ++corner) {
         ureal texel;
@@ -152,11 +151,13 @@ __kernel void gather_mark(const View view, const Window window, __global const u
     if (mask_all(empty)) continue;
     real px, py, total = real_splat(0.0f);
     film_samples(window, i, &px, &py);
-    const Surface s = surface_at(view, px, py, id, positions, triangles, normals);
+    Surface s;
+    surface_at(view, px, py, id, positions, triangles, normals, &s);
     ROLLED for (int oblique = 0; oblique < 2; ++oblique) {
       const mask done = empty | (total >= MIN_WEIGHT);
       ROLLED for (uint layer = layers.first; layer < layers.first + layers.count; ++layer) {
-        const Sight sight = sight_of(layers, layer, 0, s.x, s.n_g, oblique ? EDGE_ON : OBLIQUE);
+        Sight sight;
+        sight_of(layers, layer, 0, s.x, s.n_g, oblique ? EDGE_ON : OBLIQUE, &sight);
         if (mask_all(done | (sight.facing <= 0.0f))) continue;
         ROLLED for (uint corner = 0; corner < 4; ++corner) {
           ureal texel;
@@ -189,7 +190,8 @@ __kernel void gather_weight(const uint n_points, __global const float4* restrict
   const real3 x = three_at(points, point), n = three_at(points, point + 1);
   for (uint layer = layers.first; layer < layers.first + layers.count; ++layer)
     for (int side = 0; side < 2; ++side) {
-      const Sight s = sight_of(layers, layer, 0, x, real3_scale(n, real_splat(side ? -1.0f : 1.0f)), EDGE_ON);
+      Sight s;
+      sight_of(layers, layer, 0, x, real3_scale(n, real_splat(side ? -1.0f : 1.0f)), EDGE_ON, &s);
       for (uint corner = 0; corner < 4; ++corner) {
         ureal texel;
         total += texel_weight(layers, layer, 0, &s, corner, &texel);
@@ -215,7 +217,8 @@ __kernel void gather_edges(const View view, const Window window, __global const 
     if (!mask_all(empty)) {
       real px, py;
       film_samples(window, i, &px, &py);
-      const Surface s = surface_at(view, px, py, id, positions, triangles, normals);
+      Surface s;
+      surface_at(view, px, py, id, positions, triangles, normals, &s);
       n_g = real3_select(empty, n_g, s.n_g);
       x = real3_sub(s.x, uniform3(view.origin));
     }
@@ -300,7 +303,8 @@ __kernel void gather_pixels(const View view, const Window window, __global const
     if (mask_all(empty)) continue;
     real px, py;
     film_samples(window, i, &px, &py);
-    const Surface s = surface_at(view, px, py, id, positions, triangles, normals);
+    Surface s;
+    surface_at(view, px, py, id, positions, triangles, normals, &s);
     const real factor = scale * transmittance_to(view, s.x, s.n_s, boundary);
     const real hit = real_select(empty, zero, real_splat(1.0f));
     real3 a0 = real3_make(zero, zero, zero), b0 = a0;

@@ -265,7 +265,8 @@ __kernel void layers_resolve(const View view, const Window window, __global cons
   if (!mask_all(empty)) {
     real px, py;
     film_samples(window, i, &px, &py);
-    const Surface s = surface_at(view, px, py, id, positions, triangles, normals);
+    Surface s;
+    surface_at(view, px, py, id, positions, triangles, normals, &s);
     n_g = real3_select(empty, n_g, to_frame_wide(view, s.n_g));
     const real z = real3_dot(real3_sub(s.x, uniform3(view.origin)), uniform3(view.back));
     q = real_select(empty, q, view.near_distance > 0.0f ? -1.0f / z : z + 2.0f);

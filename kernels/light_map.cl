@@ -30,7 +30,8 @@ __kernel void light_map_resolve(const View view, const Window window, __global c
   if (!mask_all(empty)) {
     real px, py;
     film_samples(window, i, &px, &py);
-    const Surface s = surface_at(view, px, py, id, positions, triangles, normals);
+    Surface s;
+    surface_at(view, px, py, id, positions, triangles, normals, &s);
     const real3 n_g = to_frame_wide(view, s.n_g);
     const real steepness = -1.0f / real_max(n_g.z, real_splat(MIN_COSINE_OF_REBUILD));
     const real3 towards = real3_make(real_splat(0.0f), real_splat(0.0f), real_splat(1.0f));

@@ -147,7 +147,7 @@ SHARED void subpixel(Window w, ureal position, mask* x, mask* y) {
 
 // Draws every `step`-th row of the box from row `first` on, at subpixel position number `position`, (sample_x,
 // sample_y): depths, or ids where the depth is this triangle's; and the farthest depths if they are wanted.
-SHARED void draw_rows(RasterTriangle t, PixelBox box, Window window, __global const uint* open, uint position,
+static void draw_rows(RasterTriangle t, PixelBox box, Window window, __global const uint* open, uint position,
                       int first, int step, __global uint* depth, __global uint* ids, __global uint* farthest) {
   const i64 bias0 = edge_bias(t.x0, t.y0, t.x1, t.y1), bias1 = edge_bias(t.x1, t.y1, t.x2, t.y2),
             bias2 = edge_bias(t.x2, t.y2, t.x0, t.y0);
@@ -164,10 +164,8 @@ SHARED void draw_rows(RasterTriangle t, PixelBox box, Window window, __global co
       if ((e0 | e1 | e2) < 0 || (window.restricted && !open[row + (uint)x])) continue;
       const uint sample = ((row + (uint)x) << window.log_positions) + position;
       const uint key = ~as_uint(nearness(t, x * SUBPIXELS + window.sample_x, py));
-      if (!ids)
-        atomic_min(&depth[sample], key);
-      else if (depth[sample] == key)
-        atomic_min(&ids[sample], t.triangle);
+      if (ids && depth[sample] != key) continue;
+      atomic_min((ids ? ids : depth) + sample, ids ? t.triangle : key);
       if (farthest) atomic_max(&farthest[sample], key);
     }
   }
@@ -214,10 +212,8 @@ SHARED void draw_samples(RasterTriangle t, PixelBox box, Window window, __global
           const uint k = 31 - clz(left);
           left ^= 1u << k;
           const uint key = ~as_uint(ELEMENT(q, k));
-          if (!ids)
-            atomic_min(&depth[first + k], key);
-          else if (depth[first + k] == key)
-            atomic_min(&ids[first + k], t.triangle);
+          if (ids && depth[first + k] != key) continue;
+          atomic_min((ids ? ids : depth) + first + k, ids ? t.triangle : key);
         }
       }
     }
@@ -376,8 +372,9 @@ SHARED real3 normal_of(ureal id, uint corner, __global const float* normals) {
 
 SHARED real3 uniform3(float4 v) { return real3_make(real_splat(v.x), real_splat(v.y), real_splat(v.z)); }
 
-SHARED Surface surface_at(View view, real px, real py, ureal id, __global const float4* positions,
-                          __global const uint* triangles, __global const float* normals) {
+// Through a pointer: of a returned struct clang makes what Oclgrind 21.10 can't run.
+SHARED void surface_at(View view, real px, real py, ureal id, __global const float4* positions,
+                       __global const uint* triangles, __global const float* normals, Surface* s) {
   const real3 v0 = corner_of(id, 0, positions, triangles);
   const real3 e1 = real3_sub(corner_of(id, 1, positions, triangles), v0);
   const real3 e2 = real3_sub(corner_of(id, 2, positions, triangles), v0);
@@ -398,17 +395,15 @@ SHARED Surface surface_at(View view, real px, real py, ureal id, __global const 
   const real excess = real_max(u + v, real_splat(1.0f));
   u /= excess;
   v /= excess;
-  Surface s;
-  s.x = real3_madd(real3_madd(v0, e1, u), e2, v);
+  s->x = real3_madd(real3_madd(v0, e1, u), e2, v);
   const real3 n_0 = real3_scale(normal_of(id, 0, normals), 1.0f - u - v);
-  s.n_s = real3_normalize(real3_madd(real3_madd(n_0, normal_of(id, 1, normals), u), normal_of(id, 2, normals), v));
+  s->n_s = real3_normalize(real3_madd(real3_madd(n_0, normal_of(id, 1, normals), u), normal_of(id, 2, normals), v));
   const real3 n_g = real3_cross(e1, e2);
   const real area = real3_dot(n_g, n_g);
-  s.n_g = real3_select(area > TINY, real3_scale(n_g, real_rsqrt(area)), s.n_s);
-  const real turned = real_select(real3_dot(s.n_g, d) > 0.0f, real_splat(-1.0f), real_splat(1.0f));
-  s.n_g = real3_scale(s.n_g, turned);
-  s.n_s = real3_scale(s.n_s, turned);
-  return s;
+  s->n_g = real3_select(area > TINY, real3_scale(n_g, real_rsqrt(area)), s->n_s);
+  const real turned = real_select(real3_dot(s->n_g, d) > 0.0f, real_splat(-1.0f), real_splat(1.0f));
+  s->n_g = real3_scale(s->n_g, turned);
+  s->n_s = real3_scale(s->n_s, turned);
 }
 
 // A single one of them.
@@ -418,7 +413,8 @@ typedef struct {
 
 static Point point_at(View view, float px, float py, uint id, __global const float4* positions,
                       __global const uint* triangles, __global const float* normals) {
-  const Surface s = surface_at(view, real_splat(px), real_splat(py), (ureal)(id), positions, triangles, normals);
+  Surface s;
+  surface_at(view, real_splat(px), real_splat(py), (ureal)(id), positions, triangles, normals, &s);
   Point p;
   p.x = (float3)(ELEMENT(s.x.x, 0), ELEMENT(s.x.y, 0), ELEMENT(s.x.z, 0));
   p.n_g = (float3)(ELEMENT(s.n_g.x, 0), ELEMENT(s.n_g.y, 0), ELEMENT(s.n_g.z, 0));

@@ -151,7 +151,6 @@ void Compute::use(cl_command_queue queue, std::vector<cl::Event> wait) {
     for (const cl::Event& event : wait)
       if (handle_of<cl_context>(clGetEventInfo, event(), CL_EVENT_CONTEXT) != context_())
         throw Error(ErrorKind::usage, "wait list: an event is of another context than the renderer");
-    forget_arguments();  // the caller's buffers may be others by now
     profiling_ = (queue_.getInfo<CL_QUEUE_PROPERTIES>() & CL_QUEUE_PROFILING_ENABLE) != 0;
     book(false);
     after_.insert(after_.end(), std::make_move_iterator(wait.begin()), std::make_move_iterator(wait.end()));
@@ -217,7 +216,6 @@ void Compute::release(cl::Buffer& b) {
   if (b()) bytes_ -= b.getInfo<CL_MEM_SIZE>();
   parts_.erase(std::remove_if(parts_.begin(), parts_.end(), [&](const Part& p) { return p.buffer == b(); }),
                parts_.end());
-  forget_arguments();
   b = cl::Buffer();
 }
 
@@ -233,7 +231,6 @@ void Compute::drain() noexcept {
 }
 
 void Compute::release_all() noexcept {
-  forget_arguments();
   running_.clear();
   parts_.clear();
   limits_.clear();

@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -134,8 +135,8 @@ class Compute {
 
  private:
   using Pattern = std::array<cl_uint, 4>;
-  /// A kernel, what it said of itself, and the bytes of its arguments, so that those alone are set that change. A
-  /// buffer's are its handle, which after its release may be another's: then `forget_arguments`.
+  /// A kernel, what it said of itself, and the bytes of its arguments, so that those alone are set that change, and
+  /// buffers: after its release a buffer's handle may be another's.
   struct Prepared {
     cl::Kernel kernel;
     std::size_t most_in_group;
@@ -143,7 +144,10 @@ class Compute {
 
     template <class T>
     void set(std::size_t i, const T& value) {
-      static_assert(sizeof(cl::Buffer) == sizeof(cl_mem));
+      if constexpr (std::is_same_v<T, cl::Buffer>) {
+        kernel.setArg(static_cast<cl_uint>(i), value);
+        return;
+      }
       const auto* bytes = reinterpret_cast<const unsigned char*>(&value);
       std::vector<unsigned char>& known = arguments[i];
       if (known.size() == sizeof value && std::memcmp(known.data(), bytes, sizeof value) == 0) return;
@@ -155,9 +159,6 @@ class Compute {
   cl::Buffer allocate(std::size_t bytes);
   cl::Buffer part_of_scratch(std::size_t bytes);
   Prepared& prepared(const char* name);
-  void forget_arguments() noexcept {
-    for (auto& [name, kernel] : kernels_) kernel.arguments.clear();
-  }
   [[nodiscard]] std::size_t group_size(const Prepared& kernel) const;
   void transfer(const cl::Buffer& b, bool to_device, std::size_t offset, std::size_t bytes, void* host);
   void assign_patterns(const cl::Buffer& b, const std::vector<Pattern>& patterns);
