@@ -26,7 +26,8 @@ __kernel void light_map_resolve(const View view, const Window window, __global c
   if (i >= n) return;
   mask empty;
   const ureal id = triangles_at(ids, i, n, &empty);
-  real height = real_splat(UNLIT), slope_x = real_splat(0.0f), slope_y = slope_x, normal = slope_x;
+  real height = real_splat(UNLIT), slope_x = real_splat(0.0f), slope_y = slope_x;
+  mask normal = (mask)(0);  // an integer until it's stored: as a float it may be a NaN that some devices quiet
   if (!mask_all(empty)) {
     real px, py;
     film_samples(window, i, &px, &py);
@@ -40,10 +41,11 @@ __kernel void light_map_resolve(const View view, const Window window, __global c
     height = real_select(empty, height, real3_dot(real3_sub(s.x, uniform3(view.origin)), uniform3(view.back)));
     slope_x = real_select(empty, slope_x, n_g.x * steepness);
     slope_y = real_select(empty, slope_y, n_g.y * steepness);
-    normal = real_select(empty, normal, as_real(n_x | n_y << 16));
+    normal = select(n_x | n_y << 16, normal, empty);
   }
   for (uint k = 0; k < VW && i + k < n; ++k)
-    map[first + i + k] = (float4)(ELEMENT(height, k), ELEMENT(slope_x, k), ELEMENT(slope_y, k), ELEMENT(normal, k));
+    map[first + i + k] =
+        (float4)(ELEMENT(height, k), ELEMENT(slope_x, k), ELEMENT(slope_y, k), as_float(INDEX(normal, k)));
 }
 
 // Level 0 of the height pyramid: (lowest, highest) of each texel's plane within half a texel; an empty node has

@@ -62,11 +62,10 @@ struct Renderer::State {
   bool anew = false;       // sums start again
   glm::dvec3 colour{1.0};  // of the lights, relative to the values of what has been summed
 
-  std::vector<kernels::float4>
-      film_sums;                      // of the last film that was read: to allocate it anew each time would take longer
-  std::uint64_t fallback_pixels = 0;  // of the last gather
-  double direct_evaluations = 0.0;    // at pixels themselves
-  std::uint32_t redraws = 0;          // of the light maps, after the first
+  std::vector<kernels::float4> film_sums;  // of the last film that was read; to allocate it anew would take longer
+  std::uint64_t fallback_pixels = 0;       // of the last gather
+  double direct_evaluations = 0.0;         // at pixels themselves
+  std::uint32_t redraws = 0;               // of the light maps, after the first
   // What has been left out while rendering:
   std::uint32_t unbuilt = 0;           // pyramid levels that nothing read
   std::uint32_t undrawn = 0;           // views of the camera that were there already
