@@ -8,7 +8,6 @@
 
 #define PI_F 3.14159265358979f
 #define POINT_BITS 0x40000000u  // with them an index kept as a float is a normal number, which no device flushes
-#define NO_SLOT 0xffffffffu     // of a texel without values
 
 // Pixels along one side of a level of a mip chain; sizes halve upwards.
 static uint level_size(uint size, uint level) { return (size + (1u << level) - 1) >> level; }
@@ -32,6 +31,8 @@ typedef struct {
   Boundary boundary;
   Density density;
   __global const float2* rho;
+  __global const uint* guides;  // light after light
+  uint n_tiles;                 // of each; 0 if points have none
   uint seed;
 } Transport;
 
@@ -147,9 +148,10 @@ typedef struct {
   ureal texel;
 } Fall;
 
-// The point's own sequences of halves A and B from sample `first` on, up to `last`.
-static Fall sample_fall(Transport transport, uint l, float4 centre, uint point, uint half_index, uint first,
-                        uint last) {
+// The point's own sequences of halves A and B from sample `first` on, up to `last`; the guide's and the others in turn,
+// if there is a guide.
+static Fall sample_fall(Transport transport, uint l, float4 centre, uint point, __global const uint* guide,
+                        uint half_index, uint first, uint last) {
   CONTRACT
   __constant Light* light = transport.lights + l;
   const float scale = light->view.scale, width = (float)light->view.width, height = (float)light->view.height;
@@ -161,14 +163,21 @@ static Fall sample_fall(Transport transport, uint l, float4 centre, uint point, 
   const ureal shift_u = OF_HALVES(uint, half_index, hash(scramble_a), hash(scramble_b));
   const ureal shift_v = OF_HALVES(uint, half_index, hash(scramble_a ^ 0x68bc21ebu), hash(scramble_b ^ 0x68bc21ebu));
   const ureal index = first + LANES, half_map = OF_HALVES(uint, half_index, 0u, texels);
-  const real t = (real_from_bits((index * R2_STEP_U + shift_u) >> 8) + 0.5f) * 0x1p-24f;
-  const real v = real_from_bits((index * R2_STEP_V + shift_v) >> 8) * 0x1p-24f;
+  // Each sampler has a sequence of its own; which one is first depends on the point, as otherwise the sums of odd
+  // numbers of samples would be biased.
+  const ureal guided = guide ? 1u - ((index ^ shift_u) & 1u) : (ureal)(0u), other = guided * 0x3c6ef372u;
+  const ureal number = guide ? index >> 1 : index;
+  const real t = (real_from_bits((number * R2_STEP_U + (shift_u ^ other)) >> 8) + 0.5f) * 0x1p-24f;
+  const real v = real_from_bits((number * R2_STEP_V + (shift_v ^ other)) >> 8) * 0x1p-24f;
   Fall f;
   real weight, cosine, sine;
   const real r = sample_radius(transport.density, transport.rho, centre.z, centre.w, t, &weight);
   turn(v, &cosine, &sine);
   f.x = centre.x + r * cosine;
   f.y = centre.y + r * sine;
+#if ESTIMATOR == 0
+  if (guide) guide_samples(guide, light->view, centre, transport.density.sigma, guided == 1u, t, v, &f.x, &f.y, &weight);
+#endif
   const real film_x = f.x * scale + light->view.centre_x, film_y = f.y * scale + light->view.centre_y;
   const real column = floor(film_x - sample_x + 0.5f), row = floor(film_y - sample_y + 0.5f);
   mask on_film = (column >= 0.0f) & (column < width) & (row >= 0.0f) & (row < height) & (weight > 0.0f);
@@ -203,7 +212,16 @@ static void sample_entry(Transport transport, const Fall* f, Entry* e) {
   e->flux = real_select(height > UNLIT, f->weight * T12, real_splat(0.0f));
 }
 
-// Scattered radiance (without T21) of light l at some points, (x, number) and (n, ), of halves A and B, or with one
+// The guide of a layer texel, (n, tile), for one light; 0 if it has none, or is too near to what is lit to need one.
+static __global const uint* guide_of(Transport transport, uint l, float4 centre, float4 normal) {
+  const View view = transport.lights[l].view;
+  if (transport.n_tiles == 0 || !(centre.z > GUIDED_FROM * (float)view.width / (CELL_SIDE * view.scale))) return 0;
+  __global const uint* guide =
+      transport.guides + (l * transport.n_tiles + (as_uint(normal.w) & ~POINT_BITS)) * GUIDE_SIZE;
+  return guide[0] > 0 ? guide : 0;
+}
+
+// Scattered radiance (without T21) of light l at some points, (x, number) and (n, tile), of halves A and B, or with one
 // lane of the half `half_index` alone: rounds `round` to `round + rounds` - 1 of each point's own sequences, each of as
 // many samples as the light takes in a frame, summed over rounds. Step by step for all points rather than point by
 // point: a CPU computes one point's step while it waits for another's. Inlined, since a GPU would pass what it takes
@@ -221,7 +239,8 @@ __attribute__((always_inline)) static void scattered_radiance(Transport transpor
     Entry entry[POINTS_OF_ITEM];
     DipoleGeometry geometry[POINTS_OF_ITEM];
     for (uint k = 0; k < n_points; ++k)
-      fall[k] = sample_fall(transport, l, centres[k], as_uint(points[2 * k].w) & ~POINT_BITS, half_index, j, last);
+      fall[k] = sample_fall(transport, l, centres[k], as_uint(points[2 * k].w) & ~POINT_BITS,
+                            guide_of(transport, l, centres[k], points[2 * k + 1]), half_index, j, last);
     for (uint k = 0; k < n_points; ++k) sample_entry(transport, fall + k, entry + k);
     for (uint k = 0; k < n_points; ++k) {
       const float3 p = to_frame(light->view, points[2 * k].xyz - light->view.origin.xyz);
@@ -237,7 +256,8 @@ __attribute__((always_inline)) static void scattered_radiance(Transport transpor
 }
 
 static Transport make_transport(__constant Light* lights, __global const float4* map, __constant Medium* media,
-                                Boundary boundary, Density density, __global const float2* rho, uint seed) {
+                                Boundary boundary, Density density, __global const float2* rho,
+                                __global const uint* guides, uint n_tiles, uint seed) {
   Transport t;
   t.lights = lights;
   t.map = map;
@@ -245,6 +265,8 @@ static Transport make_transport(__constant Light* lights, __global const float4*
   t.boundary = boundary;
   t.density = density;
   t.rho = rho;
+  t.guides = guides;
+  t.n_tiles = n_tiles;
   t.seed = seed;
   return t;
 }
@@ -288,7 +310,7 @@ __kernel void layers_list(const uint n_texels, __global uint* restrict slots, __
   needed[slot] = t;
 }
 
-// The needed texels' points: (x, texel) and (n_s, 0), and where their samples are centred: light after light.
+// The needed texels' points: (x, texel) and (n_s, tile), and where their samples are centred: light after light.
 __kernel void layers_points(__constant View* views, __global const uint* restrict n_needed,
                             __global const uint* restrict needed, __global const uint* restrict ids,
                             __global const float4* restrict positions, __global const uint* restrict triangles,
@@ -304,7 +326,9 @@ __kernel void layers_points(__constant View* views, __global const uint* restric
   const Point p = point_at(view, (float)(t % view.width) + 0.5f, (float)(t / view.width) + 0.5f, ids[texel], positions,
                            triangles, normals);
   points[2 * i] = (float4)(p.x, as_float((view.number * size + t) | POINT_BITS));
-  points[2 * i + 1] = (float4)(p.n_s, 0.0f);
+  const uint columns = (view.width + GUIDE_TILE - 1) / GUIDE_TILE, rows = (view.height + GUIDE_TILE - 1) / GUIDE_TILE;
+  const uint tile = (layer * rows + t / view.width / GUIDE_TILE) * columns + t % view.width / GUIDE_TILE;
+  points[2 * i + 1] = (float4)(p.n_s, as_float(tile | POINT_BITS));
   for (uint l = 0; l < n_lights; ++l)
     centres[l * n_points + i] =
         sampling_centre(p.x, p.n_s, lights + l, map, boundary, density, rho, extent, level_first, levels);
@@ -315,7 +339,8 @@ __kernel void layers_points(__constant View* views, __global const uint* restric
 __kernel void layers_accumulate(__global const uint* restrict n_needed, __global const float4* restrict points,
                                 __global const float4* restrict centres, const uint l, __constant Light* lights,
                                 __global const float4* restrict map, __constant Medium* media, const Boundary boundary,
-                                const Density density, __global const float2* restrict rho, const uint seed,
+                                const Density density, __global const float2* restrict rho,
+                                __global const uint* restrict guides, const uint n_tiles, const uint seed,
                                 const uint round, const uint rounds, const uint add, const float4 colour,
                                 const uint first_value, __global float4* restrict values) {
   const uint item = (uint)get_global_id(0), n_points = n_needed[0];
@@ -324,7 +349,7 @@ __kernel void layers_accumulate(__global const uint* restrict n_needed, __global
   const uint half_index = item >= items;  // one half's maps stay in the caches
   const uint first = (item - half_index * items) * POINTS_OF_ITEM;
   const uint n = POINTS_OF_ITEM == 1 ? 1 : min(n_points - first, POINTS_OF_ITEM);  // 1 known to the compiler
-  const Transport transport = make_transport(lights, map, media, boundary, density, rho, seed);
+  const Transport transport = make_transport(lights, map, media, boundary, density, rho, guides, n_tiles, seed);
   real sum[POINTS_OF_ITEM][MEDIA + 1];
   scattered_radiance(transport, l, centres + l * n_points + first, points + 2 * first, n, half_index, round, rounds,
                      sum);

@@ -105,6 +105,17 @@ typedef struct {
 // Subpixel positions that are drawn and gathered side by side, at most.
 #define POSITIONS_SIDE_BY_SIDE 8u
 
+// Guides of samples (guide.cl): texels along a side of a tile that shares one, blocks along a side of a light's map and
+// how many of them may be parted, cells of a block, and slots, no fewer than places; the numbers that a guide takes.
+#define GUIDE_TILE 16u
+#define GUIDE_SIDE 16u
+#define GUIDE_BLOCKS (GUIDE_SIDE * GUIDE_SIDE)
+#define CELLS_OF_BLOCK 16u
+#define PARTED_BLOCKS 64u
+#define GUIDE_SLOTS 2048u
+#define GUIDE_SIZE (1u + GUIDE_BLOCKS + PARTED_BLOCKS * CELLS_OF_BLOCK + GUIDE_SLOTS)
+#define PLACES_OF_LIGHT (GUIDE_BLOCKS * (1u + CELLS_OF_BLOCK))
+
 // The self-test's work-items, and the smallest of the numbers that they offer to an atomic minimum.
 #define SELF_TEST_ITEMS 64
 #define SELF_TEST_MINIMUM 5u

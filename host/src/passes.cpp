@@ -204,6 +204,9 @@ void allocate_points(Passes& p, std::size_t count) {
   k.points = p.compute.buffer<kernels::float4>(2 * count);
   k.centres = p.compute.buffer<kernels::float4>(lights * count);
   k.values = p.compute.buffer<kernels::float4>(2 * (count + coarse));
+  k.n_tiles = p.plan.guides ? guide_tiles({k.views[0].width, k.views[0].height}) * k.count() : 0;
+  k.places = p.compute.buffer<kernels::float4>(k.n_tiles > 0 ? lights * PLACES_OF_LIGHT : 1);
+  k.guides = p.compute.buffer<cl_uint>(std::max<std::size_t>(lights * k.n_tiles * GUIDE_SIZE, 1));
   if (p.plan.sums() == 1) return;
   k.sums = p.compute.buffer<kernels::float4>(2 * count * lights);
   k.colours = p.compute.buffer<kernels::float4>(lights);
@@ -235,6 +238,12 @@ void find_centres(Passes& p) {
   p.compute.launch("layers_points", k.n_points, Stage::layers, k.views_buffer, k.n_needed, k.needed, k.ids, g.positions,
                    g.triangles, g.normals, m.lights_buffer, m.map, p.plan.boundary, p.plan.density.parameters, p.rho,
                    m.extent, m.level_first, m.levels, n_lights(p), k.points, k.centres);
+  if (k.n_tiles == 0) return;
+  for (cl_uint l = 0; l < n_lights(p); ++l) {
+    p.compute.launch("guide_places", GUIDE_BLOCKS, Stage::layers, l, m.lights_buffer, m.map, k.places);
+    p.compute.launch("guide_tiles", k.n_tiles, Stage::layers, l, m.lights_buffer, k.places, p.media, k.views_buffer,
+                     k.n_tiles, k.n_needed, k.slots, k.points, k.centres, k.guides);
+  }
 }
 
 namespace {
@@ -245,10 +254,12 @@ std::size_t items_of(const Passes& p, std::size_t points) {
 
 /// At points of which the device knows how many there are, going by `items` for no more.
 void launch_accumulate(Passes& p, const cl::Buffer& n, std::size_t items, const cl::Buffer& points,
-                       const cl::Buffer& centres, cl_uint l, std::uint32_t round, std::uint32_t rounds, cl_uint add,
+                       const cl::Buffer& centres, cl_uint n_tiles, cl_uint l, std::uint32_t round,
+                       std::uint32_t rounds, cl_uint add,
                        const kernels::float4& colour, cl_uint first_value, const cl::Buffer& values, Stage stage) {
   p.compute.launch("layers_accumulate", items, stage, n, points, centres, l, p.light_maps.lights_buffer,
-                   p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.seed, round, rounds,
+                   p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.layers.guides, n_tiles, p.seed,
+                   round, rounds,
                    add, colour, first_value, values);
 }
 
@@ -257,7 +268,7 @@ void accumulate_texels(Passes& p, std::size_t items, std::uint32_t frame, Stage 
   const Layers& k = p.layers;
   const bool own = p.plan.sums() > 1;
   for (cl_uint l = 0; l < n_lights(p); ++l)
-    launch_accumulate(p, k.n_needed, items, k.points, k.centres, l, frame, 1, frame > 0 || (l > 0 && !own) ? 1 : 0,
+    launch_accumulate(p, k.n_needed, items, k.points, k.centres, k.n_tiles, l, frame, 1, frame > 0 || (l > 0 && !own) ? 1 : 0,
                       rgb(glm::dvec3(1.0)), own ? l * k.n_points : 0, own ? k.sums : k.values, stage);
 }
 
@@ -307,7 +318,7 @@ void launch_direct(Passes& p, const kernels::View& view, const kernels::Window& 
                      m.levels, n_lights(p), position, list, first, most, f.direct, f.n_direct, f.n_held, f.points,
                      f.centres);
     for (cl_uint l = 0; l < n_lights(p); ++l)
-      launch_accumulate(p, f.n_held, items_of(p, most), f.points, f.centres, l, round, rounds, l > 0 ? 1 : 0,
+      launch_accumulate(p, f.n_held, items_of(p, most), f.points, f.centres, 0, l, round, rounds, l > 0 ? 1 : 0,
                         colour_of(p, l), 0, f.values, stage);
     p.compute.launch("gather_direct", items, stage, f.n_held, list, first, f.direct, f.points, f.values,
                      sign / static_cast<float>(rounds), sets, all, f.sums);

@@ -36,8 +36,10 @@ struct Layers {
   cl_uint levels = 1;
   // Once the needed texels are known: how many and which, and what belongs to each.
   cl::Buffer n_needed, needed, points, centres, values;
-  cl::Buffer sums, colours;  ///< if each light has its own: values are made of them
-  cl_uint n_points = 0;      ///< how many the buffers hold; the device goes by n_needed
+  cl::Buffer places, guides;  ///< of samples: what is lit of each light's map, and where tiles' light comes from
+  cl_uint n_tiles = 0;        ///< that have guides, of each light
+  cl::Buffer sums, colours;   ///< if each light has its own: values are made of them
+  cl_uint n_points = 0;       ///< how many the buffers hold; the device goes by n_needed
   [[nodiscard]] cl_uint count() const { return static_cast<cl_uint>(views.size()); }
 };
 
@@ -93,7 +95,7 @@ void allocate_points(Passes& p, std::size_t count);
 void set_needed(Passes& p, const std::vector<cl_uint>& needed);
 /// All covered texels are needed, as many as there are: the device lists them.
 void list_covered(Passes& p);
-/// Where the needed texels' samples are centred, going by the light maps as they are.
+/// Where the needed texels' samples are centred, and their guides, going by the light maps as they are.
 void find_centres(Passes& p);
 /// Pass 2, light: one frame of samples.
 void accumulate_layers(Passes& p, std::uint32_t frame);

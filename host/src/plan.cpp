@@ -270,6 +270,11 @@ bool kept(const Settings& settings, const std::string& name) {
   return settings.keep.contains(name) || settings.keep.contains("all");
 }
 
+std::uint32_t guide_tiles(glm::uvec2 film) {
+  const glm::uvec2 tiles = (film + (GUIDE_TILE - 1)) / GUIDE_TILE;
+  return tiles.x * tiles.y;
+}
+
 std::vector<std::uint32_t> mip_offsets(glm::uvec2 film, std::uint32_t count) {
   std::vector<std::uint32_t> first{0};
   for (;;) {
@@ -308,6 +313,7 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
     plan.left_out.push_back({"clipping", "the object lies inside every camera's near plane and guard band", "bytes",
                              static_cast<double>(n_triangles(scene) * 5 * sizeof(kernels::RasterTriangle)), false});
   plan_gather(plan, scene, settings);
+  plan.guides = settings.estimator == Estimator::automatic && !getenv("NOGUIDE");
   plan.height_pyramids = settings.estimator == Estimator::automatic || kept(settings, "height-pyramids");
   if (!plan.height_pyramids)
     plan.left_out.push_back(
@@ -323,9 +329,9 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
   const int estimator = settings.estimator == Estimator::radial ? 1 : settings.estimator == Estimator::disc ? 2 : 0;
   plan.options = fmt::format(
       "-cl-std=CL1.2 -DVW={} -DMODEL={} -DESTIMATOR={} -DMEDIA={} -DMEDIUM_R={} -DMEDIUM_G={} "
-      "-DMEDIUM_B={} -DSLOTS={}",
+      "-DMEDIUM_B={} -DSLOTS={} {}",
       plan.lanes, static_cast<int>(settings.model), estimator, plan.media.size(), plan.medium_of[0], plan.medium_of[1],
-      plan.medium_of[2], plan.slots);
+      plan.medium_of[2], plan.slots, getenv("XOPT") ? getenv("XOPT") : "");
   plan_memory(plan, scene, settings, device);
   return plan;
 }

@@ -31,6 +31,7 @@ struct Plan {
   bool clipping = false;
   bool pyramids = true;
   bool height_pyramids = true;     ///< of the light maps
+  bool guides = true;              ///< of samples far from what is lit
   std::uint32_t slots = 1;         ///< set-up records per triangle
   std::uint32_t lanes = 1;         ///< samples side by side in pass 2
   std::uint32_t window = 0;        ///< pixels along a side of what is gathered at once
@@ -71,6 +72,9 @@ inline constexpr std::size_t most_sums = 8;
 inline constexpr std::uint32_t window_limit = 2048, smallest_window = 256;
 /// Pixels whose points are held at a time, while pass 2's function computes them directly.
 inline constexpr std::uint32_t direct_points = 262144;
+
+/// Tiles of a layer that share a guide of samples.
+[[nodiscard]] std::uint32_t guide_tiles(glm::uvec2 film);
 
 /// First texel of each level of a mip chain over `count` films, and one past the last; levels down to 1 x 1.
 [[nodiscard]] std::vector<std::uint32_t> mip_offsets(glm::uvec2 film, std::uint32_t count);

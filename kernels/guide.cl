@@ -1,0 +1,218 @@
+// Guides of pass 2's samples: for tiles of layer texels that lie far from what is lit, how much of their light comes
+// from where.
+//
+// A light's map is divided into GUIDE_SIDE^2 blocks, and each block into 16 cells. A guide gives every lit block, or
+// each of its lit cells where the block counts for much, a number of equal slots; a sample takes one of them, and lies
+// somewhere in its block or cell, so that density is slots per area. In memory: the number of slots in use; of each
+// block its number of slots, or PARTED and which of the parted blocks it is; of each cell of these its number of slots;
+// and for each slot where it is (slot_at).
+#define CELL_SIDE (4u * GUIDE_SIDE)         // cells along a side of the map
+#define PARTED 0x80000000u
+#define PARTED_SHARE 0.004f                 // of a channel's light: blocks that give more are parted
+#define BLOCKS_OF_GUIDE 1u                  // where these begin
+#define CELLS_OF_GUIDE (1u + GUIDE_BLOCKS)  // and these
+#define SLOTS_OF_GUIDE (CELLS_OF_GUIDE + PARTED_BLOCKS * CELLS_OF_BLOCK)
+#define MOST_OF_PLACE 255u  // slots that a block or cell may have
+#define NO_SLOT 0xffffffffu  // of a texel without values
+#define GUIDED_FROM 3.0f    // cells' sides between a point and what is lit
+
+// A slot: its block, its cell and whether it is of a cell alone, its rank among the slots of the same place, and these.
+static uint slot_at(uint block, uint cell, uint parted, uint rank, uint count) {
+  return block | cell << 8 | parted << 12 | rank << 13 | count << 21;
+}
+
+// Of one light's map, what is lit of each block and then of each cell, block after block: its middle in the light's
+// frame, and its part of the area, 0 where nothing is.
+__kernel void guide_places(const uint l, __constant Light* lights, __global const float4* restrict map,
+                           __global float4* restrict places) {
+  const uint block = (uint)get_global_id(0);
+  if (block >= GUIDE_BLOCKS) return;
+  const View view = lights[l].view;
+  const float side = (float)view.width / (float)CELL_SIDE;
+  __global float4* of_light = places + l * PLACES_OF_LIGHT;
+  float4 all = (float4)(0.0f);
+  for (uint cell = 0; cell < CELLS_OF_BLOCK; ++cell) {
+    const uint x = block % GUIDE_SIDE * 4 + cell % 4, y = block / GUIDE_SIDE * 4 + cell / 4;
+    const uint x0 = (uint)ceil((float)x * side - 0.5f), x1 = (uint)ceil((float)(x + 1) * side - 0.5f);
+    const uint y0 = (uint)ceil((float)y * side - 0.5f), y1 = (uint)ceil((float)(y + 1) * side - 0.5f);
+    float4 sum = (float4)(0.0f);
+    for (uint row = y0; row < min(y1, view.height); ++row)
+      for (uint column = x0; column < min(x1, view.width); ++column) {
+        const float height = map[lights[l].map + row * view.width + column].x;
+        if (height > UNLIT) sum += (float4)((float)column + 0.5f, (float)row + 0.5f, height, 1.0f);
+      }
+    all += sum;
+    const float3 middle = (float3)((sum.xy / sum.w - (float2)(view.centre_x, view.centre_y)) / view.scale, sum.z / sum.w);
+    of_light[GUIDE_BLOCKS + block * CELLS_OF_BLOCK + cell] =
+        sum.w > 0.0f ? (float4)(middle, sum.w / (side * side)) : (float4)(0.0f);
+  }
+  const float3 middle = (float3)((all.xy / all.w - (float2)(view.centre_x, view.centre_y)) / view.scale, all.z / all.w);
+  of_light[block] =
+      all.w > 0.0f ? (float4)(middle, all.w / (CELLS_OF_BLOCK * side * side)) : (float4)(0.0f);
+}
+
+// Of VW places, about what each gives of all the light at p in the light's frame, summed over channels: `per_light` is 1
+// over all in each channel, or 0. With `sum`, what they give is added to that instead. Both are less by a common factor:
+// h is about the distance of the nearest.
+static real share_of_places(__global const float4* restrict places, float3 p, float h, float side,
+                            __constant Medium* media, const float* per_light, real* sum) {
+  CONTRACT
+  const ureal number = (ureal)(0u) + SIDE_BY_SIDE;
+#define READ_ELEMENT(k) places[INDEX(number, k)]
+  READ_FOURS(places, number, x, y, z, lit)
+#undef READ_ELEMENT
+  const real3 away = real3_make(x - p.x, y - p.y, z - p.z);
+  const real d2 = real3_dot(away, away) + 0.1f * side * side, beyond = real_max(real_sqrt(d2) - h, real_splat(0.0f));
+  real share = real_splat(0.0f);
+  UNROLL for (uint m = 0; m < MEDIA; ++m) {
+    const float sigma_tr = media[m].sigma_tr * media[m].sigma_t_prime;
+    const real light = lit * side * side * attenuation(sigma_tr * beyond) / d2;
+    if (sum)
+      sum[m] += light;
+    else
+      share += light * per_light[m];
+  }
+  return share;
+}
+
+static float sum_of_lanes(real v) {
+  float sum = 0.0f;
+  for (uint k = 0; k < VW; ++k) sum += ELEMENT(v, k);
+  return sum;
+}
+
+// The guides of one light, for the tiles of which a needed texel lies far enough from what is lit. The one of them that
+// is nearest to the tile's middle stands for all.
+__kernel void guide_tiles(const uint l, __constant Light* lights, __global const float4* restrict places,
+                          __constant Medium* media, __constant View* views, const uint n_tiles,
+                          __global const uint* restrict n_needed, __global const uint* restrict slots,
+                          __global const float4* restrict points, __global const float4* restrict centres,
+                          __global uint* restrict guides) {
+  const uint tile = (uint)get_global_id(0);
+  if (tile >= n_tiles) return;
+  const uint width = views[0].width, height = views[0].height, columns = (width + GUIDE_TILE - 1) / GUIDE_TILE;
+  const uint rows = (height + GUIDE_TILE - 1) / GUIDE_TILE, layer = tile / (columns * rows);
+  const uint x0 = tile % columns * GUIDE_TILE, y0 = tile / columns % rows * GUIDE_TILE;
+  const float block_side = (float)lights[l].view.width / (float)GUIDE_SIDE / lights[l].view.scale;
+  const float cell_side = 0.25f * block_side;
+  __global uint* guide = guides + (l * n_tiles + tile) * GUIDE_SIZE;
+  guide[0] = 0;
+  uint stands = NO_SLOT, least = 0xffffffffu;
+  for (uint y = y0; y < min(y0 + GUIDE_TILE, height); ++y)
+    for (uint x = x0; x < min(x0 + GUIDE_TILE, width); ++x) {
+      const uint slot = slots[(layer * height + y) * width + x];
+      if (slot == NO_SLOT || !(centres[l * n_needed[0] + slot].z > GUIDED_FROM * cell_side)) continue;
+      const int d_x = (int)(2 * (x - x0) + 1) - (int)GUIDE_TILE, d_y = (int)(2 * (y - y0) + 1) - (int)GUIDE_TILE;
+      if ((uint)(d_x * d_x + d_y * d_y) >= least) continue;
+      least = (uint)(d_x * d_x + d_y * d_y);
+      stands = slot;
+    }
+  if (stands == NO_SLOT) return;
+  const float3 p = to_frame(lights[l].view, points[2 * stands].xyz - lights[l].view.origin.xyz);
+  const float h = centres[l * n_needed[0] + stands].z;
+  __global const float4* blocks = places + l * PLACES_OF_LIGHT;
+
+  real sum[MEDIA];
+  float per_light[MEDIA];
+  UNROLL for (uint m = 0; m < MEDIA; ++m) sum[m] = real_splat(0.0f);
+  for (uint b = 0; b < GUIDE_BLOCKS; b += VW) share_of_places(blocks + b, p, h, block_side, media, per_light, sum);
+  UNROLL for (uint m = 0; m < MEDIA; ++m) {
+    const float all = sum_of_lanes(sum[m]);  // whether channels without light of their own are there changes nothing
+    const int repeats = m > 0 && media[m].sigma_tr == media[m - 1].sigma_tr && media[m].sigma_t_prime == media[m - 1].sigma_t_prime;
+    per_light[m] = all > 0.0f && media[m].scale > 0.0f && !repeats ? 1.0f / all : 0.0f;
+  }
+  for (uint b = 0; b < GUIDE_BLOCKS; b += VW) {
+    const real share = share_of_places(blocks + b, p, h, block_side, media, per_light, 0);
+    for (uint k = 0; k < VW; ++k) guide[BLOCKS_OF_GUIDE + b + k] = as_uint(ELEMENT(share, k));
+  }
+
+  // From shares to how many places there are, and all that they share.
+  uint parted = 0, n_places = 0;
+  float all = 0.0f;
+  for (uint b = 0; b < GUIDE_BLOCKS; ++b) {
+    const float share = as_float(guide[BLOCKS_OF_GUIDE + b]);
+    if (share > PARTED_SHARE && parted < PARTED_BLOCKS) {
+      guide[BLOCKS_OF_GUIDE + b] = PARTED | parted;
+      for (uint c = 0; c < CELLS_OF_BLOCK; c += VW) {
+        __global const float4* cells = blocks + GUIDE_BLOCKS + b * CELLS_OF_BLOCK + c;
+        const real shares = share_of_places(cells, p, h, cell_side, media, per_light, 0);
+        for (uint k = 0; k < VW; ++k) {
+          const float of_cell = ELEMENT(shares, k);
+          guide[CELLS_OF_GUIDE + parted * CELLS_OF_BLOCK + c + k] = as_uint(of_cell);
+          all += of_cell;
+          n_places += of_cell > 0.0f;
+        }
+      }
+      ++parted;
+    } else {
+      all += share;
+      n_places += share > 0.0f;
+    }
+  }
+  // From shares to slots, at least one for each place that has any.
+  const float per_share = (float)(GUIDE_SLOTS - n_places) / fmax(all, FLT_MIN);
+  uint used = 0, seen = 0;
+  float shared = 0.0f;
+  for (uint b = 0; b < GUIDE_BLOCKS; ++b) {
+    const uint entry = guide[BLOCKS_OF_GUIDE + b], of_cells = entry >> 31;
+    for (uint c = 0; c < (of_cells ? CELLS_OF_BLOCK : 1u); ++c) {
+      const uint at = of_cells ? CELLS_OF_GUIDE + (entry & ~PARTED) * CELLS_OF_BLOCK + c : BLOCKS_OF_GUIDE + b;
+      const float share = as_float(guide[at]);
+      if (!(share > 0.0f)) {
+        guide[at] = 0;
+        continue;
+      }
+      shared += share;
+      ++seen;
+      const uint end = min(seen + (uint)(shared * per_share), GUIDE_SLOTS), count = min(end - used, MOST_OF_PLACE);
+      guide[at] = count;
+      for (uint k = 0; k < count; ++k) guide[SLOTS_OF_GUIDE + used + k] = slot_at(b, c, of_cells, k, count);
+      used += count;
+    }
+  }
+  guide[0] = used;
+}
+
+// Moves samples `of_guide` to where the guide has them, by t and v in [0, 1), and sets the weights of all: by the
+// balance heuristic (Veach and Guibas 1995), as each sampler takes half of the samples. The heuristic knows the density
+// around the nearest lit place, at distance h, about: rho^-2 exp(-sigma_tr rho) 1.2 / (2 pi G(h)), since rho^-0.1 is
+// near 1.2 wherever an object is. What samples count still is exact.
+static void guide_samples(__global const uint* restrict guide, View view, float4 centre, float sigma_tr, mask of_guide,
+                          real t, real v, real* x, real* y, real* weight) {
+  CONTRACT
+  const float used = (float)guide[0], cell = (float)view.width / (float)CELL_SIDE;
+  const real position = t * used, whole = floor(position);
+  const ureal slot = SLOTS_OF_GUIDE + convert_ureal(whole);
+#define READ_ELEMENT(k) guide[INDEX(slot, k)]
+  const ureal where = (ureal)(OF_EACH(READ_ELEMENT));
+#undef READ_ELEMENT
+  const ureal parted = where >> 12 & 1u, block = where & 255u;
+  const real side = real_from_bits(4u - 3u * parted);
+  const real along = (real_from_bits(where >> 13 & 255u) + (position - whole)) / real_from_bits(where >> 21);
+  const real column = real_from_bits((block & 15u) * 4u + (where >> 8 & 3u)) + along * side;
+  const real row = real_from_bits((block >> 4) * 4u + (where >> 10 & 3u)) + v * side;
+  *x = real_select(of_guide, (column * cell - view.centre_x) / view.scale, *x);
+  *y = real_select(of_guide, (row * cell - view.centre_y) / view.scale, *y);
+
+  const float last = (float)CELL_SIDE - 1.0f;
+  const real to_x = floor((*x * view.scale + view.centre_x) / cell), to_y = floor((*y * view.scale + view.centre_y) / cell);
+  const ureal cell_x = convert_ureal(real_min(real_max(to_x, real_splat(0.0f)), real_splat(last)));
+  const ureal cell_y = convert_ureal(real_min(real_max(to_y, real_splat(0.0f)), real_splat(last)));
+  const ureal at_block = BLOCKS_OF_GUIDE + (cell_y >> 2) * GUIDE_SIDE + (cell_x >> 2);
+#define READ_ELEMENT(k) guide[INDEX(at_block, k)]
+  const ureal entry = (ureal)(OF_EACH(READ_ELEMENT));
+#undef READ_ELEMENT
+  const ureal of_cells = entry >> 31;
+  const ureal at_cell = CELLS_OF_GUIDE + (entry & ~PARTED) * CELLS_OF_BLOCK + (cell_y & 3u) * 4u + (cell_x & 3u);
+  const ureal at = of_cells * at_cell + (1u - of_cells) * at_block;
+#define READ_ELEMENT(k) guide[INDEX(at, k)]
+  const ureal count = (ureal)(OF_EACH(READ_ELEMENT));
+#undef READ_ELEMENT
+  const float of_slot = view.scale * view.scale / (used * cell * cell * 16.0f);
+  const real guided = real_from_bits(count * (1u + 15u * of_cells)) * of_slot;
+  const real d_x = *x - centre.x, d_y = *y - centre.y, rho2 = d_x * d_x + d_y * d_y + centre.z * centre.z;
+  const real exponent = sigma_tr * real_sqrt(rho2) + (centre.w + 1.6556f);  // ln(2 pi / 1.2)
+  const real radial = real_exp(-real_min(exponent, real_splat(80.0f))) / rho2;
+  const real both = 2.0f / (radial + guided);
+  *weight = real_select(of_guide, both, *weight * radial * both);
+}
