@@ -6,54 +6,58 @@
 // somewhere in its block or cell, so that density is slots per area. In memory: the number of slots in use; of each
 // block its number of slots, or PARTED and which of the parted blocks it is; of each cell of these its number of slots;
 // and for each slot where it is (slot_at).
-#define CELL_SIDE (4u * GUIDE_SIDE)         // cells along a side of the map
+#define CELL_SIDE (4u * GUIDE_SIDE)  // cells along a side of the map
 #define PARTED 0x80000000u
 #define PARTED_SHARE 0.004f                 // of a channel's light: blocks that give more are parted
 #define BLOCKS_OF_GUIDE 1u                  // where these begin
 #define CELLS_OF_GUIDE (1u + GUIDE_BLOCKS)  // and these
 #define SLOTS_OF_GUIDE (CELLS_OF_GUIDE + PARTED_BLOCKS * CELLS_OF_BLOCK)
-#define MOST_OF_PLACE 255u  // slots that a block or cell may have
+#define MOST_OF_PLACE 255u   // slots that a block or cell may have
 #define NO_SLOT 0xffffffffu  // of a texel without values
-#define GUIDED_FROM 3.0f    // cells' sides between a point and what is lit
+#define GUIDED_FROM 3.0f     // cells' sides between a point and what is lit
 
 // A slot: its block, its cell and whether it is of a cell alone, its rank among the slots of the same place, and these.
 static uint slot_at(uint block, uint cell, uint parted, uint rank, uint count) {
   return block | cell << 8 | parted << 12 | rank << 13 | count << 21;
 }
 
-// Of one light's map, what is lit of each block and then of each cell, block after block: its middle in the light's
-// frame, and its part of the area, 0 where nothing is.
-__kernel void guide_places(const uint l, __constant Light* lights, __global const float4* restrict map,
-                           __global float4* restrict places) {
-  const uint block = (uint)get_global_id(0);
-  if (block >= GUIDE_BLOCKS) return;
-  const View view = lights[l].view;
-  const float side = (float)view.width / (float)CELL_SIDE;
-  __global float4* of_light = places + l * PLACES_OF_LIGHT;
-  float4 all = (float4)(0.0f);
-  for (uint cell = 0; cell < CELLS_OF_BLOCK; ++cell) {
-    const uint x = block % GUIDE_SIDE * 4 + cell % 4, y = block / GUIDE_SIDE * 4 + cell / 4;
-    const uint x0 = (uint)ceil((float)x * side - 0.5f), x1 = (uint)ceil((float)(x + 1) * side - 0.5f);
-    const uint y0 = (uint)ceil((float)y * side - 0.5f), y1 = (uint)ceil((float)(y + 1) * side - 0.5f);
-    float4 sum = (float4)(0.0f);
-    for (uint row = y0; row < min(y1, view.height); ++row)
-      for (uint column = x0; column < min(x1, view.width); ++column) {
-        const float height = map[lights[l].map + row * view.width + column].x;
-        if (height > UNLIT) sum += (float4)((float)column + 0.5f, (float)row + 0.5f, height, 1.0f);
-      }
-    all += sum;
-    const float3 middle = (float3)((sum.xy / sum.w - (float2)(view.centre_x, view.centre_y)) / view.scale, sum.z / sum.w);
-    of_light[GUIDE_BLOCKS + block * CELLS_OF_BLOCK + cell] =
-        sum.w > 0.0f ? (float4)(middle, sum.w / (side * side)) : (float4)(0.0f);
-  }
-  const float3 middle = (float3)((all.xy / all.w - (float2)(view.centre_x, view.centre_y)) / view.scale, all.z / all.w);
-  of_light[block] =
-      all.w > 0.0f ? (float4)(middle, all.w / (CELLS_OF_BLOCK * side * side)) : (float4)(0.0f);
+// A place of a light's map, from the sum of (column, row, height, 1) over its lit texels and from how many it has: its
+// middle in the light's frame, and the part of it that is lit, 0 where nothing is.
+static float4 place_of(float4 sum, float texels, float centre_x, float centre_y, float scale) {
+  if (sum.w == 0.0f) return (float4)(0.0f);
+  const float3 middle = sum.xyz / sum.w;
+  return (float4)((middle.x - centre_x) / scale, (middle.y - centre_y) / scale, middle.z, sum.w / texels);
 }
 
-// Of VW places, about what each gives of all the light at p in the light's frame, summed over channels: `per_light` is 1
-// over all in each channel, or 0. With `sum`, what they give is added to that instead. Both are less by a common factor:
-// h is about the distance of the nearest.
+// The blocks of one light's map, and then their cells, block after block.
+__kernel void guide_places(const uint l, __constant Light* lights, __global const float4* restrict map,
+                           __global float4* restrict places) {
+  const uint block = (uint)get_global_id(0), width = lights[l].view.width;
+  if (block >= GUIDE_BLOCKS) return;
+  const float centre_x = lights[l].view.centre_x, centre_y = lights[l].view.centre_y, scale = lights[l].view.scale;
+  const float side = (float)width / (float)CELL_SIDE, texels = side * side;
+  __global float4* blocks = places + l * PLACES_OF_LIGHT;
+  __global float4* cells = blocks + GUIDE_BLOCKS + block * CELLS_OF_BLOCK;
+  float4 sum = (float4)(0.0f);
+  for (uint cell = 0; cell < CELLS_OF_BLOCK; ++cell) {
+    const float x = (float)(block % GUIDE_SIDE * 4 + cell % 4), y = (float)(block / GUIDE_SIDE * 4 + cell / 4);
+    const uint x0 = (uint)ceil(x * side - 0.5f), x1 = (uint)ceil((x + 1.0f) * side - 0.5f);
+    const uint y0 = (uint)ceil(y * side - 0.5f), y1 = (uint)ceil((y + 1.0f) * side - 0.5f);
+    float4 of_cell = (float4)(0.0f);
+    for (uint row = y0; row < y1; ++row)
+      for (uint column = x0; column < x1; ++column) {
+        const float height = map[lights[l].map + row * width + column].x;
+        if (height > UNLIT) of_cell += (float4)((float)column + 0.5f, (float)row + 0.5f, height, 1.0f);
+      }
+    sum += of_cell;
+    cells[cell] = place_of(of_cell, texels, centre_x, centre_y, scale);
+  }
+  blocks[block] = place_of(sum, texels * CELLS_OF_BLOCK, centre_x, centre_y, scale);
+}
+
+// Of VW places, about what each gives of all the light at p in the light's frame, summed over channels: `per_light` is
+// 1 over all in each channel, or 0. With `sum`, what they give is added to that instead. Both are less by a common
+// factor: h is about the distance of the nearest.
 static real share_of_places(__global const float4* restrict places, float3 p, float h, float side,
                             __constant Medium* media, const float* per_light, real* sum) {
   CONTRACT
@@ -117,9 +121,11 @@ __kernel void guide_tiles(const uint l, __constant Light* lights, __global const
   UNROLL for (uint m = 0; m < MEDIA; ++m) sum[m] = real_splat(0.0f);
   for (uint b = 0; b < GUIDE_BLOCKS; b += VW) share_of_places(blocks + b, p, h, block_side, media, per_light, sum);
   UNROLL for (uint m = 0; m < MEDIA; ++m) {
-    const float all = sum_of_lanes(sum[m]);  // whether channels without light of their own are there changes nothing
-    const int repeats = m > 0 && media[m].sigma_tr == media[m - 1].sigma_tr && media[m].sigma_t_prime == media[m - 1].sigma_t_prime;
-    per_light[m] = all > 0.0f && media[m].scale > 0.0f && !repeats ? 1.0f / all : 0.0f;
+    const float all = sum_of_lanes(sum[m]);
+    // Channels that don't scatter, or repeat another, say nothing: guides are the same if they are left out.
+    const int repeats =
+        m > 0 && media[m].sigma_tr == media[m - 1].sigma_tr && media[m].sigma_t_prime == media[m - 1].sigma_t_prime;
+    per_light[m] = all > 1e-30f && media[m].scale > 0.0f && !repeats ? 1.0f / all : 0.0f;
   }
   for (uint b = 0; b < GUIDE_BLOCKS; b += VW) {
     const real share = share_of_places(blocks + b, p, h, block_side, media, per_light, 0);
@@ -195,7 +201,8 @@ static void guide_samples(__global const uint* restrict guide, View view, float4
   *y = real_select(of_guide, (row * cell - view.centre_y) / view.scale, *y);
 
   const float last = (float)CELL_SIDE - 1.0f;
-  const real to_x = floor((*x * view.scale + view.centre_x) / cell), to_y = floor((*y * view.scale + view.centre_y) / cell);
+  const real to_x = floor((*x * view.scale + view.centre_x) / cell),
+             to_y = floor((*y * view.scale + view.centre_y) / cell);
   const ureal cell_x = convert_ureal(real_min(real_max(to_x, real_splat(0.0f)), real_splat(last)));
   const ureal cell_y = convert_ureal(real_min(real_max(to_y, real_splat(0.0f)), real_splat(last)));
   const ureal at_block = BLOCKS_OF_GUIDE + (cell_y >> 2) * GUIDE_SIDE + (cell_x >> 2);

@@ -1,6 +1,9 @@
 // Pass 2: the same samples in double, the average over many frames against quadrature, and the same bits twice.
 #include <gtest/gtest.h>
 
+#include <map>
+#include <set>
+
 #include "kernels/sampling.h"
 #include "test_scene.hpp"
 
@@ -31,6 +34,7 @@ struct LitBench : Bench {
     map = compute.read<float4>(m.map, std::size_t{2} * map_size * map_size * m.lights.size());
     at = compute.read<float4>(passes.layers.points, 2 * n);
     centres = compute.read<float4>(passes.layers.centres, n * m.lights.size());
+    guides = compute.read<cl_uint>(passes.layers.guides, passes.layers.n_tiles * m.lights.size() * GUIDE_SIZE);
   }
   std::vector<float4> frames(std::uint32_t count) {
     for (std::uint32_t f = 0; f < count; ++f) accumulate_layers(passes, f);
@@ -39,6 +43,7 @@ struct LitBench : Bench {
   }
   std::size_t n = 0;
   std::vector<float4> map, at, centres;
+  std::vector<cl_uint> guides;
 };
 
 /// A sample's distance from its centre and its weight, with what float32 may change of them.
@@ -82,8 +87,45 @@ Radius radius_of(const DensityTable& table, int estimator, const float4& centre,
   return s;
 }
 
+/// What guide.cl says in the light's plane, in units of cells, 64 along a side of the map.
+class Guide {
+ public:
+  /// Of a point's tile; without one, everything is 0.
+  Guide(const LitBench& b, std::size_t l, std::size_t point) {
+    const kernels::View& view = b.passes.light_maps.lights[l].view;
+    cell_ = double{view.scale} * 64 / view.width;
+    const std::size_t tile = std::bit_cast<std::uint32_t>(b.at[2 * point + 1].w) ^ 0x40000000U;
+    const bool far = b.centres[l * b.n + point].z * cell_ > 3;
+    if (b.passes.layers.n_tiles > 0 && far) table_ = &b.guides[(l * b.passes.layers.n_tiles + tile) * GUIDE_SIZE];
+    if (table_ && table_[0] == 0) table_ = nullptr;
+  }
+  explicit operator bool() const { return table_ != nullptr; }
+  [[nodiscard]] glm::dvec2 place(double t, double v) const {
+    const double position = t * table_[0];
+    const std::uint32_t slot = table_[1 + 256 + 1024 + std::size_t(position)], block = slot & 255,
+                        cell = slot >> 8 & 15;
+    const double along = ((slot >> 13 & 255) + position - std::floor(position)) / (slot >> 21),
+                 side = slot >> 12 & 1 ? 1 : 4;
+    return glm::dvec2(block % 16 * 4 + cell % 4, block / 16 * 4 + cell / 4) + side * glm::dvec2(along, v);
+  }
+  /// Per area in the light's frame.
+  [[nodiscard]] double density(glm::dvec2 place) const {
+    const glm::uvec2 cell(glm::clamp(place, 0.0, 63.0));
+    const std::uint32_t entry = table_[1 + cell.y / 4 * 16 + cell.x / 4];
+    const double count =
+        entry >> 31 ? 16.0 * table_[1 + 256 + (entry & 255) * 16 + cell.y % 4 * 4 + cell.x % 4] : entry;
+    return count / 16 / table_[0] * cell_ * cell_;
+  }
+  [[nodiscard]] double cells_per_unit() const { return cell_; }
+
+ private:
+  const cl_uint* table_ = nullptr;
+  double cell_ = 0;
+};
+
 struct Replay {
   glm::dvec3 sum{}, allowed{}, absolute{};
+  int guided = 0;  // samples that a guide placed and that count
 };
 
 /// Adds one light's samples of one round, in double, and what rounding may change of them: the sample's place, by the
@@ -100,45 +142,75 @@ void replay(const LitBench& b, int estimator, std::size_t point, std::uint32_t h
                             std::uint32_t(2 * l) + half);
   const std::uint32_t shift_u = kernels::hash(scramble), shift_v = kernels::hash(scramble ^ 0x68bc21ebU);
   const double scale = light.view.scale;
+  const Guide guide(b, l, point);
+  const kernels::Density& density = b.plan.density.parameters;
   for (std::uint32_t j = round * light.samples; j < (round + 1) * light.samples; ++j) {
-    const float t = (static_cast<float>((j * R2_STEP_U + shift_u) >> 8) + 0.5F) * 0x1p-24F;
-    const double turn = 2 * std::numbers::pi * double((j * R2_STEP_V + shift_v) >> 8) * 0x1p-24;
+    const bool guided = guide && ((j ^ shift_u) & 1) == 0;  // every other sample
+    const std::uint32_t number = guide ? j / 2 : j, other = guided ? 0x3c6ef372U : 0U;
+    const float t = (static_cast<float>((number * R2_STEP_U + (shift_u ^ other)) >> 8) + 0.5F) * 0x1p-24F;
+    const double v = double((number * R2_STEP_V + (shift_v ^ other)) >> 8) * 0x1p-24, turn = 2 * std::numbers::pi * v;
     const Radius radius = radius_of(b.plan.density, estimator, centre, t);
-    const auto response = [&](double r, glm::dvec2 texel_move, glm::dvec3 move, double n_turn, double n_z2_move = 0) {
-      const glm::dvec2 at(centre.x + r * std::cos(turn), centre.y + r * std::sin(turn));
-      const glm::dvec2 film(at.x * scale + light.view.centre_x, at.y * scale + light.view.centre_y);
+    const glm::dvec2 axis(light.view.centre_x, light.view.centre_y), middle(centre.x, centre.y);
+    const glm::dvec2 outwards(std::cos(turn), std::sin(turn));
+    const glm::dvec2 at =
+        guided ? (guide.place(t, v) / guide.cells_per_unit() * scale - axis) / scale : middle + radius.r * outwards;
+    /// The inverse density; of two samplers, by the balance heuristic.
+    const auto weight = [&](glm::dvec2 place) {
+      if (!guide) return radius.weight;
+      const double rho2 = glm::dot(place - middle, place - middle) + double{centre.z} * centre.z;
+      const double radial =
+          std::exp(-std::min(density.sigma * std::sqrt(rho2) + centre.w + double{1.6556F}, 80.0)) / rho2;
+      const double both = radial + guide.density((place * scale + axis) / scale * guide.cells_per_unit());
+      return guided ? 2 / both : 2 * radius.weight * radial / both;
+    };
+    const auto response = [&](glm::dvec2 place, glm::dvec2 texel_move, glm::dvec3 move, double n_turn,
+                              double n_z2_move = 0) {
+      const glm::dvec2 film = place * scale + axis;
       const glm::dvec2 sample(light.sample_x[half], light.sample_y[half]);
       const glm::dvec2 texel = glm::floor(film - sample + 0.5 + texel_move);
       if (texel.x < 0 || texel.y < 0 || texel.x >= light.view.width || texel.y >= light.view.height) return PerMedium{};
       const auto index = std::size_t(texel.y) * light.view.width + std::size_t(texel.x);
       MapTexel data(b.map[light.map + half * maps.size * maps.size + index]);
       data.n.z = std::sqrt(std::max(data.n.z * data.n.z + n_z2_move, 1e-4));
-      return texel_response(b.plan, light, data, texel + sample, film, p + move, n_o, n_turn);
+      PerMedium f = texel_response(b.plan, light, data, texel + sample, film, p + move, n_o, n_turn);
+      for (double& value : f) value *= weight(place);
+      return f;
     };
-    const PerMedium f = response(radius.r, {}, {}, 0);
-    const double film_error = radius.r_error * scale + 4 * half_ulp * maps.size;
-    std::vector<PerMedium> others{response(radius.r + radius.r_error, {}, {}, 0),
-                                  response(std::max(radius.r - radius.r_error, 0.0), {}, {}, 0)};
-    for (int axis = 0; axis < 3; ++axis) {
+    const PerMedium f = response(at, {}, {}, 0);
+    // A guided sample lies where its slot does, a hundredth of a slot's width apart for each ulp of t.
+    const double at_error = guided ? (GUIDE_SLOTS + 8) * half_ulp * 2 / guide.cells_per_unit() : radius.r_error;
+    const double film_error = at_error * scale + 4 * half_ulp * maps.size;
+    std::vector<PerMedium> others;
+    for (const double side : {-1.0, 1.0}) {
+      if (guided) {
+        others.push_back(response(at + glm::dvec2(side * at_error, 0), {}, {}, 0));
+        others.push_back(response(at + glm::dvec2(0, side * at_error), {}, {}, 0));
+      } else {
+        others.push_back(response(middle + std::max(radius.r + side * at_error, 0.0) * outwards, {}, {}, 0));
+      }
+    }
+    for (int axis_of_move = 0; axis_of_move < 3; ++axis_of_move) {
       glm::dvec3 move{};
-      move[axis] = 6 * half_ulp;  // coordinates up to 1, rounded through frame, film and plane
-      others.push_back(response(radius.r, {}, move, 0));
+      move[axis_of_move] = 6 * half_ulp;  // coordinates up to 1, rounded through frame, film and plane
+      others.push_back(response(at, {}, move, 0));
     }
     for (const double side : {-1.0, 1.0}) {
-      others.push_back(response(radius.r, {side * film_error, 0}, {}, 0));
-      others.push_back(response(radius.r, {0, side * film_error}, {}, 0));
-      others.push_back(response(radius.r, {}, {}, side * 4 * half_ulp));
-      others.push_back(response(radius.r, {}, {}, 0, side * 5 * half_ulp));  // n_i's z^2 is 1 minus squares
+      others.push_back(response(at, {side * film_error, 0}, {}, 0));
+      others.push_back(response(at, {0, side * film_error}, {}, 0));
+      others.push_back(response(at, {}, {}, side * 4 * half_ulp));
+      others.push_back(response(at, {}, {}, 0, side * 5 * half_ulp));  // n_i's z^2 is 1 minus squares
     }
     for (int c = 0; c < 3; ++c) {
       const std::size_t m = b.plan.medium_of[c];
       const double colour = b.plan.unit_lights ? double{float(b.plan.lights[l].light.irradiance[c])} : 1.0;
-      const double e = exact(light.irradiance)[c] * colour, value = e * radius.weight * f[m];
+      const double e = exact(light.irradiance)[c] * colour, value = e * f[m];
       result.sum[c] += value;
       result.absolute[c] += std::fabs(value);
-      for (const PerMedium& o : others) result.allowed[c] += e * radius.weight * std::fabs(o[m] - f[m]);
-      result.allowed[c] += radius.maybe_outside ? std::fabs(value) : radius.weight_error * std::fabs(value);
+      for (const PerMedium& o : others) result.allowed[c] += e * std::fabs(o[m] - f[m]);
+      const double radius_error = guided ? 0 : radius.maybe_outside ? 1 : radius.weight_error;
+      result.allowed[c] += (radius_error + (guide ? 1e-5 : 0)) * std::fabs(value);
     }
+    result.guided += guided && f[b.plan.medium_of[0]] > 0;
   }
 }
 
@@ -163,6 +235,7 @@ TEST_P(LayersReplay, SameSamplesInDouble) {
     set_option(p.options, "VW", c.lanes);
     p.lanes = static_cast<std::uint32_t>(c.lanes);
     set_option(p.options, "ESTIMATOR", c.estimator);
+    p.guides = c.estimator == 0;
     p.lights[0].samples = 5, p.lights[1].samples = 3;
     p.unit_lights = c.unit_lights;
   });
@@ -172,12 +245,14 @@ TEST_P(LayersReplay, SameSamplesInDouble) {
   const std::vector<float4> values = b.frames(rounds);
   Worst worst, worst_relative;
   double brightest = 0;
+  int guided = 0;
   std::vector<double> relative;
   for (std::size_t i = 0; i < b.n; ++i)
     for (std::uint32_t half = 0; half < 2; ++half) {
       Replay r;
       for (std::uint32_t round = 0; round < rounds; ++round)
         for (std::size_t l = 0; l < 2; ++l) replay(b, c.estimator, i, half, round, l, r);
+      guided += r.guided;
       for (int channel = 0; channel < 3; ++channel) {
         const double found = exact(values[2 * i + half])[channel], error = std::fabs(found - r.sum[channel]);
         brightest = std::max(brightest, found);
@@ -194,9 +269,12 @@ TEST_P(LayersReplay, SameSamplesInDouble) {
     }
   ASSERT_FALSE(relative.empty());
   std::sort(relative.begin(), relative.end());
-  fmt::print("{} VW={}: {} values, relative error median {:.2g}, 99 % {:.2g}, worst {:.2g}; of tolerance {:.2f} ({})\n",
-             c.name, c.lanes, relative.size(), relative[relative.size() / 2], relative[relative.size() * 99 / 100],
-             worst_relative.value, worst.value, worst.where);
+  EXPECT_EQ(guided > 0, c.estimator == 0);
+  fmt::print(
+      "{} VW={}: {} values, {} samples guided, relative error median {:.2g}, 99 % {:.2g}, worst {:.2g}; of tolerance "
+      "{:.2f} ({})\n",
+      c.name, c.lanes, relative.size(), guided, relative[relative.size() / 2], relative[relative.size() * 99 / 100],
+      worst_relative.value, worst.value, worst.where);
   EXPECT_GT(brightest, 0);
   // 1e-6 and less unless the object is thousands of free paths wide, where float32 positions round to 1e-4 of a path.
   EXPECT_LE(relative[relative.size() / 2], 3e-5);
@@ -233,6 +311,7 @@ TEST_P(LayersMean, AgreesWithQuadrature) {
   const MeanCase& c = GetParam();
   LitBench b(c.material, {light_a}, 48, false, 40, [&](Plan& p) {
     set_option(p.options, "ESTIMATOR", c.estimator);
+    p.guides = c.estimator == 0;
     p.density.parameters.radius = 2.05F;  // around any point, the whole object
     p.lights[0].samples = 8;
   });
@@ -279,6 +358,49 @@ INSTANTIATE_TEST_SUITE_P(
                     MeanCase{"nearest_sparse", 0, two_media, 128}, MeanCase{"exponential_sparse", 1, two_media, 64},
                     MeanCase{"disc_sparse", 2, medium({0.4, 0.3, 0.3}, {0.02, 0.01, 0.02}, 1.3), 192}),
     [](const auto& tested) { return tested.param.name; });
+
+TEST(Guides, GiveSlotsToAllThatIsLit) {
+  LitBench b(two_media, {light_a, light_b}, 100, false, 1, {});
+  std::size_t guides = 0;
+  for (std::size_t l = 0; l < 2; ++l) {
+    const LightMaps& maps = b.passes.light_maps;
+    std::set<std::uint32_t> lit;  // blocks
+    for (std::uint32_t t = 0; t < maps.size * maps.size; ++t) {
+      const std::uint32_t x = t % maps.size, y = t / maps.size;
+      if (b.map[maps.lights[l].map + t].x > -8)
+        lit.insert((2 * y + 1) * 8 / maps.size * 16 + (2 * x + 1) * 8 / maps.size);
+    }
+    ASSERT_LT(lit.size(), 256U);
+    for (std::size_t tile = 0; tile < b.passes.layers.n_tiles; ++tile) {
+      const cl_uint* guide = &b.guides[(l * b.passes.layers.n_tiles + tile) * GUIDE_SIZE];
+      if (guide[0] == 0) continue;
+      ++guides;
+      ASSERT_LE(guide[0], GUIDE_SLOTS);
+      std::map<std::uint32_t, std::uint32_t> slots;  // of each place
+      for (std::uint32_t s = 0; s < guide[0]; ++s) {
+        const cl_uint slot = guide[1 + 256 + 16 * PARTED_BLOCKS + s];
+        ASSERT_EQ(slot >> 13 & 255, slots[slot & 0x1fff]++);
+      }
+      std::uint32_t used = 0;
+      std::set<std::uint32_t> blocks;
+      for (const auto& [place, count] : slots) {
+        const std::uint32_t entry = guide[1 + (place & 255)], parted = place >> 12;
+        ASSERT_EQ(entry >> 31, parted);
+        ASSERT_EQ(parted ? guide[1 + 256 + (entry & 255) * 16 + (place >> 8 & 15)] : entry, count);
+        used += count;
+        blocks.insert(place & 255);
+      }
+      for (std::uint32_t s = 0; s < guide[0]; ++s) {
+        const cl_uint slot = guide[1 + 256 + 16 * PARTED_BLOCKS + s];
+        ASSERT_EQ(slot >> 21, slots[slot & 0x1fff]);
+      }
+      ASSERT_EQ(used, guide[0]);
+      ASSERT_EQ(blocks, lit);
+    }
+  }
+  fmt::print("{} of {} tiles have guides\n", guides, 2 * b.passes.layers.n_tiles);
+  EXPECT_GT(guides, 0U);
+}
 
 TEST(Layers, HoldTheSurfaceInTheirOwnFrame) {
   constexpr std::uint32_t size = 40, texels = size * size;

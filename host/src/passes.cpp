@@ -254,13 +254,12 @@ std::size_t items_of(const Passes& p, std::size_t points) {
 
 /// At points of which the device knows how many there are, going by `items` for no more.
 void launch_accumulate(Passes& p, const cl::Buffer& n, std::size_t items, const cl::Buffer& points,
-                       const cl::Buffer& centres, cl_uint n_tiles, cl_uint l, std::uint32_t round,
-                       std::uint32_t rounds, cl_uint add,
-                       const kernels::float4& colour, cl_uint first_value, const cl::Buffer& values, Stage stage) {
+                       const cl::Buffer& centres, cl_uint n_tiles, cl_uint l, std::uint32_t round, std::uint32_t rounds,
+                       cl_uint add, const kernels::float4& colour, cl_uint first_value, const cl::Buffer& values,
+                       Stage stage) {
   p.compute.launch("layers_accumulate", items, stage, n, points, centres, l, p.light_maps.lights_buffer,
-                   p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.layers.guides, n_tiles, p.seed,
-                   round, rounds,
-                   add, colour, first_value, values);
+                   p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.layers.guides,
+                   n_tiles, p.seed, round, rounds, add, colour, first_value, values);
 }
 
 /// The round number `frame` of the layers' texels, of each light, to its own sums or to those of all.
@@ -268,8 +267,9 @@ void accumulate_texels(Passes& p, std::size_t items, std::uint32_t frame, Stage 
   const Layers& k = p.layers;
   const bool own = p.plan.sums() > 1;
   for (cl_uint l = 0; l < n_lights(p); ++l)
-    launch_accumulate(p, k.n_needed, items, k.points, k.centres, k.n_tiles, l, frame, 1, frame > 0 || (l > 0 && !own) ? 1 : 0,
-                      rgb(glm::dvec3(1.0)), own ? l * k.n_points : 0, own ? k.sums : k.values, stage);
+    launch_accumulate(p, k.n_needed, items, k.points, k.centres, k.n_tiles, l, frame, 1,
+                      frame > 0 || (l > 0 && !own) ? 1 : 0, rgb(glm::dvec3(1.0)), own ? l * k.n_points : 0,
+                      own ? k.sums : k.values, stage);
 }
 
 }  // namespace

@@ -199,13 +199,15 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
   const std::uint64_t records = triangles * plan.slots * sizeof(kernels::RasterTriangle);
   const std::uint64_t maps = plan.lights.size() * 2 * map * 16;
   const std::uint64_t values = all_levels * 32, sums = plan.sums() > 1 ? texels * 32 * plan.sums() : 0;
+  const std::uint64_t guides = plan.guides ? plan.lights.size() * layers * guide_tiles(film) * GUIDE_SIZE * 4 : 0;
   const std::uint64_t sight = plan.gather == Gather::layers && !scene.on_device ? sight_bytes(settings.layers) : 0;
   const std::uint64_t live = (settings.still ? 0 : texels * 4) + (scene.on_device ? positions * 12 : 0);
   const std::uint64_t bytes = live + positions * 16 + triangles * (12 + 36) + records + triangles * plan.slots * 4 +
-                              maps + plan.lights.size() * map * 11 + map * 8 + texels * 12 + all_levels * 20 + values +
-                              sums + texels * (32 + 16 * plan.lights.size()) + sight + (std::uint64_t{4} << 20);
+                              maps + plan.lights.size() * (map * 11 + PLACES_OF_LIGHT * 16) + map * 8 + guides +
+                              texels * 12 + all_levels * 20 + values + sums + texels * (32 + 16 * plan.lights.size()) +
+                              sight + (std::uint64_t{4} << 20);
   const std::uint64_t largest =
-      std::max({records, maps, values, sums, texels * 32, texels * 16 * plan.lights.size(), sight});
+      std::max({records, maps, values, sums, guides, texels * 32, texels * 16 * plan.lights.size(), sight});
   const auto too_large = [&] {
     return plan.bytes > device.global_memory / 10 * 9 || plan.largest > device.max_allocation;
   };
@@ -224,6 +226,10 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
   constexpr std::uint64_t index_limit = std::uint64_t{1} << 30;  // texels and triangles are numbered in 32 bits
   const bool too_many = all_levels > index_limit || plan.lights.size() * 2 * map > index_limit ||
                         triangles * plan.slots > index_limit / 4;
+  if (plan.guides && (guides > most_guides || too_large())) {
+    plan.guides = false;
+    return plan_memory(plan, scene, settings, device);
+  }
   if ((too_many || too_large() || texels * plan.sums() > index_limit) && plan.sums() > 1) {
     plan.unit_lights = false;
     return plan_memory(plan, scene, settings, device);
@@ -313,7 +319,7 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
     plan.left_out.push_back({"clipping", "the object lies inside every camera's near plane and guard band", "bytes",
                              static_cast<double>(n_triangles(scene) * 5 * sizeof(kernels::RasterTriangle)), false});
   plan_gather(plan, scene, settings);
-  plan.guides = settings.estimator == Estimator::automatic && !getenv("NOGUIDE");
+  plan.guides = settings.estimator == Estimator::automatic;
   plan.height_pyramids = settings.estimator == Estimator::automatic || kept(settings, "height-pyramids");
   if (!plan.height_pyramids)
     plan.left_out.push_back(
@@ -329,9 +335,9 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
   const int estimator = settings.estimator == Estimator::radial ? 1 : settings.estimator == Estimator::disc ? 2 : 0;
   plan.options = fmt::format(
       "-cl-std=CL1.2 -DVW={} -DMODEL={} -DESTIMATOR={} -DMEDIA={} -DMEDIUM_R={} -DMEDIUM_G={} "
-      "-DMEDIUM_B={} -DSLOTS={} {}",
+      "-DMEDIUM_B={} -DSLOTS={}",
       plan.lanes, static_cast<int>(settings.model), estimator, plan.media.size(), plan.medium_of[0], plan.medium_of[1],
-      plan.medium_of[2], plan.slots, getenv("XOPT") ? getenv("XOPT") : "");
+      plan.medium_of[2], plan.slots);
   plan_memory(plan, scene, settings, device);
   return plan;
 }
