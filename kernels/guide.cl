@@ -8,7 +8,8 @@
 // and for each slot where it is (slot_at).
 #define CELL_SIDE (4u * GUIDE_SIDE)  // cells along a side of the map
 #define PARTED 0x80000000u
-#define PARTED_SHARE 0.004f                 // of a channel's light: blocks that give more are parted
+#define SHARES 0x1p21f                      // units of a share in a channel's light: those of all places fit in 32 bits
+#define PARTED_SHARE 0x2000u                // blocks that give more are parted
 #define BLOCKS_OF_GUIDE 1u                  // where these begin
 #define CELLS_OF_GUIDE (1u + GUIDE_BLOCKS)  // and these
 #define SLOTS_OF_GUIDE (CELLS_OF_GUIDE + PARTED_BLOCKS * CELLS_OF_BLOCK)
@@ -85,6 +86,13 @@ static float sum_of_lanes(real v) {
   return sum;
 }
 
+// Shares as integers, rounded to 1, 1.5, 2, 3, 4, 6, ...: what devices round differently hardly ever shows, and from
+// here on all of them count alike. At most 1, as blocks far away may look darker than their cells are.
+static ureal rounded_shares(real share) {
+  const mask two_bits = (as_mask(real_min(share, real_splat(1.0f))) + 0x00200000) & 0x7fc00000;
+  return convert_ureal(as_real(two_bits) * SHARES);
+}
+
 // The guides of one light, for the tiles of which a needed texel lies far enough from what is lit. The one of them that
 // is nearest to the tile's middle stands for all.
 __kernel void guide_tiles(const uint l, __constant Light* lights, __global const float4* restrict places,
@@ -128,49 +136,44 @@ __kernel void guide_tiles(const uint l, __constant Light* lights, __global const
     per_light[m] = all > 1e-30f && media[m].scale > 0.0f && !repeats ? 1.0f / all : 0.0f;
   }
   for (uint b = 0; b < GUIDE_BLOCKS; b += VW) {
-    const real share = share_of_places(blocks + b, p, h, block_side, media, per_light, 0);
-    for (uint k = 0; k < VW; ++k) guide[BLOCKS_OF_GUIDE + b + k] = as_uint(ELEMENT(share, k));
+    const ureal share = rounded_shares(share_of_places(blocks + b, p, h, block_side, media, per_light, 0));
+    for (uint k = 0; k < VW; ++k) guide[BLOCKS_OF_GUIDE + b + k] = INDEX(share, k);
   }
 
-  // From shares to how many places there are, and all that they share.
-  uint parted = 0, n_places = 0;
-  float all = 0.0f;
+  // How many places there are, and all that they share.
+  uint parted = 0, n_places = 0, all = 0;
   for (uint b = 0; b < GUIDE_BLOCKS; ++b) {
-    const float share = as_float(guide[BLOCKS_OF_GUIDE + b]);
+    const uint share = guide[BLOCKS_OF_GUIDE + b];
     if (share > PARTED_SHARE && parted < PARTED_BLOCKS) {
       guide[BLOCKS_OF_GUIDE + b] = PARTED | parted;
       for (uint c = 0; c < CELLS_OF_BLOCK; c += VW) {
         __global const float4* cells = blocks + GUIDE_BLOCKS + b * CELLS_OF_BLOCK + c;
-        const real shares = share_of_places(cells, p, h, cell_side, media, per_light, 0);
+        const ureal shares = rounded_shares(share_of_places(cells, p, h, cell_side, media, per_light, 0));
         for (uint k = 0; k < VW; ++k) {
-          const float of_cell = ELEMENT(shares, k);
-          guide[CELLS_OF_GUIDE + parted * CELLS_OF_BLOCK + c + k] = as_uint(of_cell);
+          const uint of_cell = INDEX(shares, k);
+          guide[CELLS_OF_GUIDE + parted * CELLS_OF_BLOCK + c + k] = of_cell;
           all += of_cell;
-          n_places += of_cell > 0.0f;
+          n_places += of_cell > 0;
         }
       }
       ++parted;
     } else {
       all += share;
-      n_places += share > 0.0f;
+      n_places += share > 0;
     }
   }
   // From shares to slots, at least one for each place that has any.
-  const float per_share = (float)(GUIDE_SLOTS - n_places) / fmax(all, FLT_MIN);
-  uint used = 0, seen = 0;
-  float shared = 0.0f;
+  uint used = 0, seen = 0, shared = 0;
   for (uint b = 0; b < GUIDE_BLOCKS; ++b) {
     const uint entry = guide[BLOCKS_OF_GUIDE + b], of_cells = entry >> 31;
     for (uint c = 0; c < (of_cells ? CELLS_OF_BLOCK : 1u); ++c) {
       const uint at = of_cells ? CELLS_OF_GUIDE + (entry & ~PARTED) * CELLS_OF_BLOCK + c : BLOCKS_OF_GUIDE + b;
-      const float share = as_float(guide[at]);
-      if (!(share > 0.0f)) {
-        guide[at] = 0;
-        continue;
-      }
+      const uint share = guide[at];
+      if (share == 0) continue;
       shared += share;
       ++seen;
-      const uint end = min(seen + (uint)(shared * per_share), GUIDE_SLOTS), count = min(end - used, MOST_OF_PLACE);
+      const uint end = seen + (uint)((ulong)shared * (GUIDE_SLOTS - n_places) / all);
+      const uint count = min(end - used, MOST_OF_PLACE);
       guide[at] = count;
       for (uint k = 0; k < count; ++k) guide[SLOTS_OF_GUIDE + used + k] = slot_at(b, c, of_cells, k, count);
       used += count;
@@ -187,7 +190,7 @@ static void guide_samples(__global const uint* restrict guide, View view, float4
                           real t, real v, real* x, real* y, real* weight) {
   CONTRACT
   const float used = (float)guide[0], cell = (float)view.width / (float)CELL_SIDE;
-  const real position = t * used, whole = floor(position);
+  const real position = real_min(t * used, real_splat(used - 1e-3f)), whole = floor(position);
   const ureal slot = SLOTS_OF_GUIDE + convert_ureal(whole);
 #define READ_ELEMENT(k) guide[INDEX(slot, k)]
   const ureal where = (ureal)(OF_EACH(READ_ELEMENT));
@@ -201,8 +204,8 @@ static void guide_samples(__global const uint* restrict guide, View view, float4
   *y = real_select(of_guide, (row * cell - view.centre_y) / view.scale, *y);
 
   const float last = (float)CELL_SIDE - 1.0f;
-  const real to_x = floor((*x * view.scale + view.centre_x) / cell),
-             to_y = floor((*y * view.scale + view.centre_y) / cell);
+  const real to_x = floor((*x * view.scale + view.centre_x) / cell);
+  const real to_y = floor((*y * view.scale + view.centre_y) / cell);
   const ureal cell_x = convert_ureal(real_min(real_max(to_x, real_splat(0.0f)), real_splat(last)));
   const ureal cell_y = convert_ureal(real_min(real_max(to_y, real_splat(0.0f)), real_splat(last)));
   const ureal at_block = BLOCKS_OF_GUIDE + (cell_y >> 2) * GUIDE_SIDE + (cell_x >> 2);
