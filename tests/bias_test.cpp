@@ -76,7 +76,7 @@ TEST(Bias, above_the_target_it_is_a_warning_with_a_remedy) {
 // By definition, on halves made up by hand: two pixels, one not covered.
 TEST(Bias, is_the_mean_product_of_the_halves_differences) {
   Halves h;
-  h.a = h.b = h.a0 = h.b0 = {glm::vec3(2.0F), glm::vec3(4.0F), glm::vec3(100.0F)};
+  h.a = h.b = {glm::vec3(2.0F), glm::vec3(4.0F), glm::vec3(100.0F)};
   h.alpha = {1.0F, 1.0F, 0.5F};
   PixelDifferences d{{0, 1}, {glm::vec3(0.2F), glm::vec3(-0.4F)}, {glm::vec3(0.1F), glm::vec3(-0.4F)}};
   const double epsilon = 0.01 * 3.0;

@@ -13,47 +13,52 @@ using namespace test;
 
 /// Halves of a flat picture with noise of variance `noise` in A and B, of `noise_0` in A0 and B0, and a blur that is
 /// off by `blur`; level 0 is unbiased.
-Halves made_up(std::size_t pixels, double noise, double noise_0, double blur, unsigned seed) {
+struct MadeUp {
+  Halves shown, finest;
+  [[nodiscard]] double estimate() const { return estimated_relmse(shown, finest); }
+};
+MadeUp made_up(std::size_t pixels, double noise, double noise_0, double blur, unsigned seed) {
   std::mt19937 engine(seed);
   std::normal_distribution<double> normal;
-  Halves h;
+  MadeUp h;
   const auto draw = [&](double variance, double mean) {
     glm::vec3 v;
     for (int c = 0; c < 3; ++c) v[c] = static_cast<float>(mean + std::sqrt(variance) * normal(engine));
     return v;
   };
   for (std::size_t i = 0; i < pixels; ++i) {
-    h.a.push_back(draw(noise, 1.0 + blur));
-    h.b.push_back(draw(noise, 1.0 + blur));
-    h.a0.push_back(draw(noise_0, 1.0));
-    h.b0.push_back(draw(noise_0, 1.0));
-    h.alpha.push_back(1.0F);
+    h.shown.a.push_back(draw(noise, 1.0 + blur));
+    h.shown.b.push_back(draw(noise, 1.0 + blur));
+    h.finest.a.push_back(draw(noise_0, 1.0));
+    h.finest.b.push_back(draw(noise_0, 1.0));
+    h.shown.alpha.push_back(1.0F);
+    h.finest.alpha.push_back(1.0F);
   }
   return h;
 }
 
 TEST(Estimate, is_variance_plus_squared_blur) {
   // Standard error of the mean over 3e5 values: at most 0.8 %; C varies with A and B, which moves it by 0.2 %.
-  EXPECT_NEAR(estimated_relmse(made_up(100000, 1e-4, 1e-4, 0.0, 1)) / 5e-5, 1.0, 0.03);
-  EXPECT_NEAR(estimated_relmse(made_up(100000, 1e-6, 1e-4, 0.1, 2)) / (0.01 / 1.21), 1.0, 0.03);
-  EXPECT_NEAR(estimated_relmse(made_up(100000, 1e-4, 1e-4, 0.1, 3)) / (0.01005 / 1.21), 1.0, 0.03);
+  EXPECT_NEAR(made_up(100000, 1e-4, 1e-4, 0.0, 1).estimate() / 5e-5, 1.0, 0.03);
+  EXPECT_NEAR(made_up(100000, 1e-6, 1e-4, 0.1, 2).estimate() / (0.01 / 1.21), 1.0, 0.03);
+  EXPECT_NEAR(made_up(100000, 1e-4, 1e-4, 0.1, 3).estimate() / (0.01005 / 1.21), 1.0, 0.03);
 }
 
 TEST(Estimate, limits) {
-  EXPECT_EQ(estimated_relmse({}), 0.0);
-  Halves h = made_up(100, 0.0, 0.0, 0.0, 1);
-  EXPECT_EQ(estimated_relmse(h), 0.0);
-  h.b[7].y = 3.0F;  // 1 + 1 of (3 - 1)^2 / 4 and (A - A0)(B - B0) = 0, over C^2 = 4
-  EXPECT_NEAR(estimated_relmse(h), 1.0 / 4.0 / 300.0, 1e-6);
-  h.alpha[7] = 0.9F;  // edges don't count
-  EXPECT_EQ(estimated_relmse(h), 0.0);
-  for (float& alpha : h.alpha) alpha = 0.9F;
-  EXPECT_EQ(estimated_relmse(h), -1.0);  // edges alone: not known
-  for (float& alpha : h.alpha) alpha = 0.0F;
-  EXPECT_EQ(estimated_relmse(h), 0.0);
+  EXPECT_EQ(MadeUp().estimate(), 0.0);
+  MadeUp h = made_up(100, 0.0, 0.0, 0.0, 1);
+  EXPECT_EQ(h.estimate(), 0.0);
+  h.shown.b[7].y = 3.0F;  // 1 + 1 of (3 - 1)^2 / 4 and (A - A0)(B - B0) = 0, over C^2 = 4
+  EXPECT_NEAR(h.estimate(), 1.0 / 4.0 / 300.0, 1e-6);
+  h.shown.alpha[7] = 0.9F;  // edges don't count
+  EXPECT_EQ(h.estimate(), 0.0);
+  for (float& alpha : h.shown.alpha) alpha = 0.9F;
+  EXPECT_EQ(h.estimate(), -1.0);  // edges alone: not known
+  for (float& alpha : h.shown.alpha) alpha = 0.0F;
+  EXPECT_EQ(h.estimate(), 0.0);
   h = made_up(100, 0.0, 0.0, 0.0, 1);
-  h.a[3].x = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_EQ(estimated_relmse(h), std::numeric_limits<double>::infinity());  // NaN never counts as converged
+  h.shown.a[3].x = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(h.estimate(), std::numeric_limits<double>::infinity());  // NaN never counts as converged
 }
 
 struct Case {

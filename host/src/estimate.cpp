@@ -36,7 +36,7 @@ double weight_of(double a, double b, double epsilon) {
 
 }  // namespace
 
-double estimated_relmse(const Halves& h) {
+double estimated_relmse(const Halves& h, const Halves& finest) {
   const Mean mean = mean_of(h);
   if (mean.count == 0)  // an empty film is exact; edges alone tell nothing
     return std::any_of(h.alpha.begin(), h.alpha.end(), [](float alpha) { return alpha > 0.0F; }) ? -1.0 : 0.0;
@@ -49,7 +49,7 @@ double estimated_relmse(const Halves& h) {
     for (int c = 0; c < 3; ++c) {
       const double a = h.a[i][c], b = h.b[i][c], weight = weight_of(a, b, 0.01 * mean.value);
       variance += weight * 0.25 * (a - b) * (a - b);
-      blur += weight * (a - double{h.a0[i][c]}) * (b - double{h.b0[i][c]});
+      blur += weight * (a - double{finest.a[i][c]}) * (b - double{finest.b[i][c]});
     }
   }
   if (!std::isfinite(variance + blur)) return std::numeric_limits<double>::infinity();

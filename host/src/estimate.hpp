@@ -5,17 +5,17 @@
 
 namespace parian {
 
-/// Halves A and B of one image at the level shown and at level 0, per pixel, premultiplied by coverage.
+/// Halves A and B of one image at one level of the layers, per pixel, premultiplied by coverage.
 struct Halves {
-  std::vector<glm::vec3> a, b, a0, b0;
+  std::vector<glm::vec3> a, b;
   std::vector<float> alpha;
 };
 
-/// Estimated relMSE: the mean over pixels with alpha >= 0.999 and over RGB of ((A-B)^2/4 + (A-A0)(B-B0)) / (C^2+eps^2),
-/// C = (A+B)/2, eps = 0.01 x mean of C; the mean of the second term, a squared blur, counts as at least 0. The result
-/// is 0 where nothing is covered or all is black, -1 (not known) where only edges are covered, and infinite where a
-/// value is not finite.
-[[nodiscard]] double estimated_relmse(const Halves& h);
+/// Estimated relMSE of an image at some level, going by the same one at level 0 (A0, B0): the mean over pixels with
+/// alpha >= 0.999 and over RGB of ((A-B)^2/4 + (A-A0)(B-B0)) / (C^2+eps^2), C = (A+B)/2, eps = 0.01 x mean of C; the
+/// mean of the second term, a squared blur, counts as at least 0. The result is 0 where nothing is covered or all is
+/// black, -1 (not known) where only edges are covered, and infinite where a value is not finite.
+[[nodiscard]] double estimated_relmse(const Halves& h, const Halves& finest);
 
 /// Pixels of an image whose light was also computed at their own points, and by how much the layers differ from that.
 struct PixelDifferences {

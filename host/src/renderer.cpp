@@ -257,10 +257,10 @@ std::uint32_t Renderer::State::likely_level() const {
   return likely;
 }
 
-std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std::vector<cl_uint>& levels,
-                                                   std::uint32_t positions) {
+std::span<const Halves> Renderer::State::gather_halves(std::size_t camera, const std::vector<cl_uint>& levels,
+                                                       std::uint32_t positions) {
   const std::size_t film = std::size_t{scene.film.x} * scene.film.y;
-  std::vector<Halves> halves(levels.size());
+  halves.resize(std::max(halves.size(), levels.size()));
   for (Halves& h : halves) {
     h.a.resize(film);
     h.b.resize(film);
@@ -300,7 +300,6 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
     for (std::size_t set = 0; set < levels.size(); ++set)
       for (std::size_t i = 0; i < pixels; ++i) {
         const kernels::float4 a = sums[2 * (set * pixels + i)], b = sums[2 * (set * pixels + i) + 1];
-        if (a.w == 0.0F) continue;  // all is 0
         const std::size_t at = (w.y + i / w.width) * scene.film.x + w.x + i % w.width;
         halves[set].a[at] = glm::vec3(a.x, a.y, a.z) * weight;
         halves[set].b[at] = glm::vec3(b.x, b.y, b.z) * weight;
@@ -309,11 +308,7 @@ std::vector<Halves> Renderer::State::gather_halves(std::size_t camera, const std
   }
   direct_evaluations += static_cast<double>(direct) * rounds * samples_per_frame() * plan.channels();
   fallback_pixels = (direct + positions - 1) / positions;
-  for (Halves& h : halves) {
-    h.a0 = halves.back().a;
-    h.b0 = halves.back().b;
-  }
-  return halves;
+  return {halves.data(), levels.size()};
 }
 
 double Renderer::estimate() {
@@ -326,8 +321,9 @@ double Renderer::estimate() {
       levels.push_back(0);
       std::vector<double> worst(levels.size(), -1.0);
       for (std::size_t camera = 0; camera < s.cameras.size(); ++camera) {
-        const std::vector<Halves> halves = s.gather_halves(camera, levels, s.positions_of_estimate(camera));
-        for (std::size_t i = 0; i < halves.size(); ++i) worst[i] = std::max(worst[i], estimated_relmse(halves[i]));
+        const std::span<const Halves> halves = s.gather_halves(camera, levels, s.positions_of_estimate(camera));
+        for (std::size_t i = 0; i < halves.size(); ++i)
+          worst[i] = std::max(worst[i], estimated_relmse(halves[i], halves.back()));
       }
       for (std::size_t i = 0; i < levels.size(); ++i)
         if (worst[i] < best) {
@@ -364,9 +360,10 @@ Image Renderer::image(std::size_t camera) {
     std::vector<cl_uint> levels;
     if (s.level > 0) levels.push_back(s.level);
     levels.push_back(0);
-    const std::vector<Halves> halves = s.gather_halves(camera, levels, subpixel_positions);
+    const std::span<const Halves> halves = s.gather_halves(camera, levels, subpixel_positions);
     // Checkpoints look at one position a pixel; over many of them level 0 may be the better one after all.
-    const double coarse = estimated_relmse(halves.front()), fine = estimated_relmse(halves.back());
+    const double fine = estimated_relmse(halves.back(), halves.back());
+    const double coarse = levels.size() > 1 ? estimated_relmse(halves.front(), halves.back()) : fine;
     s.statistics.fallback_pixels = s.fallback_pixels + (camera == 0 ? 0 : s.statistics.fallback_pixels);
     const Halves& h = coarse < fine ? halves.front() : halves.back();
     if (s.plan.gather == Gather::camera) {

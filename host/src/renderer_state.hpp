@@ -3,6 +3,7 @@
 #include <chrono>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -62,10 +63,12 @@ struct Renderer::State {
   bool anew = false;       // sums start again
   glm::dvec3 colour{1.0};  // of the lights, relative to the values of what has been summed
 
-  std::vector<kernels::float4> film_sums;  // of the last film that was read; to allocate it anew would take longer
-  std::uint64_t fallback_pixels = 0;       // of the last gather
-  double direct_evaluations = 0.0;         // at pixels themselves
-  std::uint32_t redraws = 0;               // of the light maps, after the first
+  // Of the last gather, level after level, and what was read for it; to allocate them anew would take longer.
+  std::vector<Halves> halves;
+  std::vector<kernels::float4> film_sums;
+  std::uint64_t fallback_pixels = 0;  // of the last gather
+  double direct_evaluations = 0.0;    // at pixels themselves
+  std::uint32_t redraws = 0;          // of the light maps, after the first
   // What has been left out while rendering:
   std::uint32_t unbuilt = 0;           // pyramid levels that nothing read
   std::uint32_t undrawn = 0;           // views of the camera that were there already
@@ -98,7 +101,9 @@ struct Renderer::State {
   double bias_relmse(std::size_t camera, const Halves& image);
   void gather_window(std::size_t camera, kernels::Window w, const std::vector<cl_uint>& levels,
                      std::uint32_t positions);
-  std::vector<Halves> gather_halves(std::size_t camera, const std::vector<cl_uint>& levels, std::uint32_t positions);
+  /// Valid until the next call.
+  std::span<const Halves> gather_halves(std::size_t camera, const std::vector<cl_uint>& levels,
+                                        std::uint32_t positions);
 };
 
 }  // namespace parian
