@@ -182,47 +182,47 @@ __kernel void guide_tiles(const uint l, __constant Light* lights, __global const
   guide[0] = used;
 }
 
-// Moves samples `of_guide` to where the guide has them, by t and v in [0, 1), and sets the weights of all: by the
-// balance heuristic (Veach and Guibas 1995), as each sampler takes half of the samples. The heuristic knows the density
-// around the nearest lit place, at distance h, about: rho^-2 exp(-sigma_tr rho) 1.2 / (2 pi G(h)), since rho^-0.1 is
-// near 1.2 wherever an object is. What samples count still is exact.
-static void guide_samples(__global const uint* restrict guide, View view, float4 centre, float sigma_tr, mask of_guide,
+// Moves the samples that are the guide's (`guided` is 1, else 0) to where it has them, by t and v in [0, 1), and sets
+// the weights of all: by the balance heuristic (Veach and Guibas 1995), as each sampler takes half of the samples. The
+// heuristic knows the density around the nearest lit place, at distance h, about: rho^-2 exp(-sigma_tr rho) 1.2 /
+// (2 pi G(h)), since rho^-0.1 is near 1.2 wherever an object is. What samples count still is exact.
+static void guide_samples(__global const uint* restrict guide, View view, float4 centre, float sigma_tr, ureal guided,
                           real t, real v, real* x, real* y, real* weight) {
   CONTRACT
-  const float used = (float)guide[0], cell = (float)view.width / (float)CELL_SIDE;
-  const real position = real_min(t * used, real_splat(used - 1e-3f)), whole = floor(position);
-  const ureal slot = SLOTS_OF_GUIDE + convert_ureal(whole);
-#define READ_ELEMENT(k) guide[INDEX(slot, k)]
-  const ureal where = (ureal)(OF_EACH(READ_ELEMENT));
-#undef READ_ELEMENT
-  const ureal parted = where >> 12 & 1u, block = where & 255u;
-  const real side = real_from_bits(4u - 3u * parted);
-  const real along = (real_from_bits(where >> 13 & 255u) + (position - whole)) / real_from_bits(where >> 21);
-  const real column = real_from_bits((block & 15u) * 4u + (where >> 8 & 3u)) + along * side;
-  const real row = real_from_bits((block >> 4) * 4u + (where >> 10 & 3u)) + v * side;
-  *x = real_select(of_guide, (column * cell - view.centre_x) / view.scale, *x);
-  *y = real_select(of_guide, (row * cell - view.centre_y) / view.scale, *y);
+  const float used = (float)guide[0], cell = (float)view.width / (float)CELL_SIDE, per_cell = view.scale / cell;
+  const float origin_x = view.centre_x / cell, origin_y = view.centre_y / cell, last = (float)CELL_SIDE - 0.5f;
+  const mask of_guide = guided == 1u;
 
-  const float last = (float)CELL_SIDE - 1.0f;
-  const real to_x = floor((*x * view.scale + view.centre_x) / cell);
-  const real to_y = floor((*y * view.scale + view.centre_y) / cell);
-  const ureal cell_x = convert_ureal(real_min(real_max(to_x, real_splat(0.0f)), real_splat(last)));
-  const ureal cell_y = convert_ureal(real_min(real_max(to_y, real_splat(0.0f)), real_splat(last)));
-  const ureal at_block = BLOCKS_OF_GUIDE + (cell_y >> 2) * GUIDE_SIDE + (cell_x >> 2);
-#define READ_ELEMENT(k) guide[INDEX(at_block, k)]
-  const ureal entry = (ureal)(OF_EACH(READ_ELEMENT));
-#undef READ_ELEMENT
-  const ureal of_cells = entry >> 31;
-  const ureal at_cell = CELLS_OF_GUIDE + (entry & ~PARTED) * CELLS_OF_BLOCK + (cell_y & 3u) * 4u + (cell_x & 3u);
-  const ureal at = of_cells * at_cell + (1u - of_cells) * at_block;
+  // One look tells where the guide's samples are, and in which blocks the others are.
+  const real position = real_min(t * used, real_splat(used - 1e-3f)), whole = floor(position);
+  const ureal cell_x = convert_ureal(real_min(real_max(*x * per_cell + origin_x, real_splat(0.0f)), real_splat(last)));
+  const ureal cell_y = convert_ureal(real_min(real_max(*y * per_cell + origin_y, real_splat(0.0f)), real_splat(last)));
+  const ureal slot = SLOTS_OF_GUIDE + convert_ureal(whole);
+  const ureal own_block = BLOCKS_OF_GUIDE + (cell_y >> 2) * GUIDE_SIDE + (cell_x >> 2);
+  const ureal at = own_block + guided * (slot - own_block);
 #define READ_ELEMENT(k) guide[INDEX(at, k)]
-  const ureal count = (ureal)(OF_EACH(READ_ELEMENT));
+  const ureal found = (ureal)(OF_EACH(READ_ELEMENT));
 #undef READ_ELEMENT
-  const float of_slot = view.scale * view.scale / (used * cell * cell * 16.0f);
-  const real guided = real_from_bits(count * (1u + 15u * of_cells)) * of_slot;
+  const ureal parted = found >> 12 & 1u, block = found & 255u, of_place = found >> 21;
+  const real side = real_from_bits(4u - 3u * parted);
+  const real along = (real_from_bits(found >> 13 & 255u) + (position - whole)) / real_from_bits(max(of_place, 1u));
+  const real column = real_from_bits((block & 15u) * 4u + (found >> 8 & 3u)) + along * side;
+  const real row = real_from_bits((block >> 4) * 4u + (found >> 10 & 3u)) + v * side;
+  *x = real_select(of_guide, (column - origin_x) / per_cell, *x);
+  *y = real_select(of_guide, (row - origin_y) / per_cell, *y);
+
+  const ureal of_cells = found >> 31;
+  const ureal own_cell = CELLS_OF_GUIDE + (found & ~PARTED) * CELLS_OF_BLOCK + (cell_y & 3u) * 4u + (cell_x & 3u);
+  const ureal at_cell = of_cells * own_cell;
+#define READ_ELEMENT(k) guide[INDEX(at_cell, k)]
+  const ureal of_cell = (ureal)(OF_EACH(READ_ELEMENT));
+#undef READ_ELEMENT
+  const ureal of_guides_block = guided * (of_place * (1u + 15u * parted));
+  const ureal of_others = (1u - guided) * (of_cells * (16u * of_cell) + (1u - of_cells) * found);
+  const real slots = real_from_bits(of_guides_block + of_others);  // in a block of 16 cells
   const real d_x = *x - centre.x, d_y = *y - centre.y, rho2 = d_x * d_x + d_y * d_y + centre.z * centre.z;
-  const real exponent = sigma_tr * real_sqrt(rho2) + (centre.w + 1.6556f);  // ln(2 pi / 1.2)
-  const real radial = real_exp(-real_min(exponent, real_splat(80.0f))) / rho2;
-  const real both = 2.0f / (radial + guided);
-  *weight = real_select(of_guide, both, *weight * radial * both);
+  const real exponent = sigma_tr * (rho2 * real_rsqrt(rho2)) + (centre.w + 1.6556f);  // ln(2 pi / 1.2)
+  const real radial = real_exp(-real_min(exponent, real_splat(80.0f)));
+  const real both = 2.0f / (radial + slots * (per_cell * per_cell / (16.0f * used)) * rho2);  // and rho2 of both
+  *weight = both * real_select(of_guide, rho2, *weight * radial);
 }

@@ -176,8 +176,7 @@ static Fall sample_fall(Transport transport, uint l, float4 centre, uint point, 
   f.x = centre.x + r * cosine;
   f.y = centre.y + r * sine;
 #if ESTIMATOR == 0
-  if (guide)
-    guide_samples(guide, light->view, centre, transport.density.sigma, guided == 1u, t, v, &f.x, &f.y, &weight);
+  if (guide) guide_samples(guide, light->view, centre, transport.density.sigma, guided, t, v, &f.x, &f.y, &weight);
 #endif
   const real film_x = f.x * scale + light->view.centre_x, film_y = f.y * scale + light->view.centre_y;
   const real column = floor(film_x - sample_x + 0.5f), row = floor(film_y - sample_y + 0.5f);
