@@ -11,12 +11,13 @@ namespace {
 
 using namespace test;
 
-/// Halves of a flat picture with noise of variance `noise` in A and B, of `noise_0` in A0 and B0, and a blur that is
-/// off by `blur`; level 0 is unbiased.
 struct MadeUp {
   Halves shown, finest;
   [[nodiscard]] double estimate() const { return estimated_relmse(shown, finest); }
 };
+
+/// Halves of a flat picture with noise of variance `noise` in A and B, of `noise_0` in A0 and B0, and a blur that is
+/// off by `blur`; level 0 is unbiased.
 MadeUp made_up(std::size_t pixels, double noise, double noise_0, double blur, unsigned seed) {
   std::mt19937 engine(seed);
   std::normal_distribution<double> normal;

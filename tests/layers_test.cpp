@@ -402,6 +402,30 @@ TEST(Guides, GiveSlotsToAllThatIsLit) {
   EXPECT_GT(guides, 0U);
 }
 
+TEST(Guides, AreMadeWhereThereIsRoom) {
+  DeviceInfo device;
+  device.vector_width = 8;
+  device.global_memory = device.max_allocation = std::uint64_t{1} << 40;
+  Settings settings;
+  settings.gather = Gather::layers;
+  const auto plan = [&](std::size_t lights) {
+    return make_plan(scene_of(torus(32, 16), two_media, std::vector<DirectionalLight>(lights, light_a)), settings,
+                     device);
+  };
+  const std::uint64_t of_light =
+      std::uint64_t{settings.layers} * guide_tiles(glm::uvec2(settings.layer_size)) * GUIDE_SIZE * 4;
+  const std::size_t most = most_guides / of_light;
+  EXPECT_TRUE(plan(most).guides);
+  EXPECT_FALSE(plan(most + 1).guides);
+  const std::uint64_t with = plan(1).bytes;
+  device.global_memory = (with - of_light / 2) / 9 * 10;
+  const Plan without = plan(1);
+  EXPECT_FALSE(without.guides);
+  EXPECT_EQ(with - without.bytes, of_light);
+  settings.estimator = Estimator::radial;
+  EXPECT_FALSE(plan(1).guides);
+}
+
 TEST(Layers, HoldTheSurfaceInTheirOwnFrame) {
   constexpr std::uint32_t size = 40, texels = size * size;
   Bench b(scene_of(torus(32, 16)));
