@@ -17,6 +17,7 @@
 #define NO_SLOT 0xffffffffu  // of a texel without values
 #define GUIDED_FROM 3.0f     // cells' sides between a point and what is lit
 
+#if ESTIMATOR == 0
 // A slot: its block, its cell and whether it is of a cell alone, its rank among the slots of the same place, and these.
 static uint slot_at(uint block, uint cell, uint parted, uint rank, uint count) {
   return block | cell << 8 | parted << 12 | rank << 13 | count << 21;
@@ -42,8 +43,8 @@ __kernel void guide_places(const uint l, __constant Light* lights, __global cons
   float4 sum = (float4)(0.0f);
   for (uint cell = 0; cell < CELLS_OF_BLOCK; ++cell) {
     const float x = (float)(block % GUIDE_SIDE * 4 + cell % 4), y = (float)(block / GUIDE_SIDE * 4 + cell / 4);
-    const uint x0 = (uint)ceil(x * side - 0.5f), x1 = (uint)ceil((x + 1.0f) * side - 0.5f);
-    const uint y0 = (uint)ceil(y * side - 0.5f), y1 = (uint)ceil((y + 1.0f) * side - 0.5f);
+    const uint x0 = convert_uint(ceil(x * side - 0.5f)), x1 = convert_uint(ceil((x + 1.0f) * side - 0.5f));
+    const uint y0 = convert_uint(ceil(y * side - 0.5f)), y1 = convert_uint(ceil((y + 1.0f) * side - 0.5f));
     float4 of_cell = (float4)(0.0f);
     for (uint row = y0; row < y1; ++row)
       for (uint column = x0; column < x1; ++column) {
@@ -226,3 +227,4 @@ static void guide_samples(__global const uint* restrict guide, View view, float4
   const real both = 2.0f / (radial + slots * (per_cell * per_cell / (16.0f * used)) * rho2);  // and rho2 of both
   *weight = both * real_select(of_guide, rho2, *weight * radial);
 }
+#endif

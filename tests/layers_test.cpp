@@ -409,8 +409,9 @@ TEST(Guides, AreMadeWhereThereIsRoom) {
   Settings settings;
   settings.gather = Gather::layers;
   const auto plan = [&](std::size_t lights) {
-    return make_plan(scene_of(torus(32, 16), two_media, std::vector<DirectionalLight>(lights, light_a)), settings,
-                     device);
+    Scene scene = scene_of(torus(32, 16), two_media, std::vector<DirectionalLight>(lights, light_a));
+    scene.film = {64, 64};  // no window of it is smaller
+    return make_plan(scene, settings, device);
   };
   const std::uint64_t of_light =
       std::uint64_t{settings.layers} * guide_tiles(glm::uvec2(settings.layer_size)) * GUIDE_SIZE * 4;
