@@ -1,21 +1,21 @@
 // Guides of pass 2's samples: for tiles of layer texels that lie far from what is lit, how much of their light comes
 // from where.
 //
-// A light's map is divided into GUIDE_SIDE^2 blocks, and each block into 16 cells. A guide gives every lit block, or
-// each of its lit cells where the block counts for much, a number of equal slots; a sample takes one of them, and lies
+// A light's map is divided into GUIDE_SIDE^2 blocks, and each block into 16 cells. A guide gives every block that gives
+// light, or each such cell of the blocks that give most, a number of equal slots; a sample takes one of them, and lies
 // somewhere in its block or cell, so that density is slots per area. In memory: the number of slots in use; of each
 // block its number of slots, or PARTED and which of the parted blocks it is; of each cell of these its number of slots;
 // and for each slot where it is (slot_at).
 #define CELL_SIDE (4u * GUIDE_SIDE)  // cells along a side of the map
 #define PARTED 0x80000000u
 #define SHARES 0x1p21f                      // units of a share in a channel's light: those of all places fit in 32 bits
-#define PARTED_SHARE 0x2000u                // blocks that give more are parted
+#define PARTED_SHARE 0x2000u                // blocks that give more are parted, while there are no more than that
 #define BLOCKS_OF_GUIDE 1u                  // where these begin
 #define CELLS_OF_GUIDE (1u + GUIDE_BLOCKS)  // and these
 #define SLOTS_OF_GUIDE (CELLS_OF_GUIDE + PARTED_BLOCKS * CELLS_OF_BLOCK)
 #define MOST_OF_PLACE 255u   // slots that a block or cell may have
 #define NO_SLOT 0xffffffffu  // of a texel without values
-#define GUIDED_FROM 3.0f     // cells' sides between a point and what is lit
+#define GUIDED_FROM 3.0f     // cells' sides between a point and what is lit, at least
 
 #if ESTIMATOR == 0
 // A slot: its block, its cell and whether it is of a cell alone, its rank among the slots of the same place, and these.
@@ -59,8 +59,8 @@ __kernel void guide_places(const uint l, __constant Light* lights, __global cons
 
 // Of VW places, about what each gives of all the light at p in the light's frame, summed over channels: `per_light` is
 // 1 over all in each channel, or 0. With `sum`, what they give is added to that instead. Both are less by a common
-// factor: h is about the distance of the nearest.
-static real share_of_places(__global const float4* restrict places, float3 p, float h, float side,
+// factor: `closest` is about the distance of the nearest.
+static real share_of_places(__global const float4* restrict places, float3 p, float closest, float side,
                             __constant Medium* media, const float* per_light, real* sum) {
   CONTRACT
   const ureal number = (ureal)(0u) + SIDE_BY_SIDE;
@@ -68,7 +68,8 @@ static real share_of_places(__global const float4* restrict places, float3 p, fl
   READ_FOURS(places, number, x, y, z, lit)
 #undef READ_ELEMENT
   const real3 away = real3_make(x - p.x, y - p.y, z - p.z);
-  const real d2 = real3_dot(away, away) + 0.1f * side * side, beyond = real_max(real_sqrt(d2) - h, real_splat(0.0f));
+  const real d2 = real3_dot(away, away) + 0.1f * side * side,
+             beyond = real_max(real_sqrt(d2) - closest, real_splat(0.0f));
   real share = real_splat(0.0f);
   UNROLL for (uint m = 0; m < MEDIA; ++m) {
     const float sigma_tr = media[m].sigma_tr * media[m].sigma_t_prime;
@@ -94,62 +95,83 @@ static ureal rounded_shares(real share) {
   return convert_ureal(as_real(two_bits) * SHARES);
 }
 
-// The guides of one light, for the tiles of which a needed texel lies far enough from what is lit. The one of them that
-// is nearest to the tile's middle stands for all.
+// From which distance of the centre's h on a point is far from what is lit: in cells, and beside how far light spreads.
+static float guided_from(uint width, float scale, float h_min) {
+  return fmax(GUIDED_FROM * (float)width / ((float)CELL_SIDE * scale), 2.0f * h_min);
+}
+
+// The guides of one light, for the tiles of which a needed texel lies far enough from what is lit. The covered texel
+// that is nearest to the tile's middle stands for all: whatever is needed, guides are the same.
 __kernel void guide_tiles(const uint l, __constant Light* lights, __global const float4* restrict places,
-                          __constant Medium* media, __constant View* views, const uint n_tiles,
+                          __constant Medium* media, const float h_min, __constant View* views, const uint n_tiles,
+                          __global const uint* restrict ids, __global const float4* restrict positions,
+                          __global const uint* restrict triangles, __global const float* restrict normals,
                           __global const uint* restrict n_needed, __global const uint* restrict slots,
-                          __global const float4* restrict points, __global const float4* restrict centres,
-                          __global uint* restrict guides) {
+                          __global const float4* restrict centres, __global uint* restrict guides) {
   const uint tile = (uint)get_global_id(0);
   if (tile >= n_tiles) return;
   const uint width = views[0].width, height = views[0].height, columns = (width + GUIDE_TILE - 1) / GUIDE_TILE;
   const uint rows = (height + GUIDE_TILE - 1) / GUIDE_TILE, layer = tile / (columns * rows);
   const uint x0 = tile % columns * GUIDE_TILE, y0 = tile / columns % rows * GUIDE_TILE;
-  const float block_side = (float)lights[l].view.width / (float)GUIDE_SIDE / lights[l].view.scale;
-  const float cell_side = 0.25f * block_side;
+  const float from = guided_from(lights[l].view.width, lights[l].view.scale, h_min);
+  __global const float4* of_points = centres + l * n_needed[0];
   __global uint* guide = guides + (l * n_tiles + tile) * GUIDE_SIZE;
   guide[0] = 0;
-  uint stands = NO_SLOT, least = 0xffffffffu;
+  uint far = 0, stands = 0, least = 0xffffffffu;
   for (uint y = y0; y < min(y0 + GUIDE_TILE, height); ++y)
     for (uint x = x0; x < min(x0 + GUIDE_TILE, width); ++x) {
-      const uint slot = slots[(layer * height + y) * width + x];
-      if (slot == NO_SLOT || !(centres[l * n_needed[0] + slot].z > GUIDED_FROM * cell_side)) continue;
+      const uint texel = (layer * height + y) * width + x, slot = slots[texel];
+      if (ids[texel] == NO_TRIANGLE) continue;
+      if (slot != NO_SLOT) far |= of_points[slot].z > from;
       const int d_x = (int)(2 * (x - x0) + 1) - (int)GUIDE_TILE, d_y = (int)(2 * (y - y0) + 1) - (int)GUIDE_TILE;
       if ((uint)(d_x * d_x + d_y * d_y) >= least) continue;
       least = (uint)(d_x * d_x + d_y * d_y);
-      stands = slot;
+      stands = texel;
     }
-  if (stands == NO_SLOT) return;
-  const float3 p = to_frame(lights[l].view, points[2 * stands].xyz - lights[l].view.origin.xyz);
-  const float h = centres[l * n_needed[0] + stands].z;
+  if (!far) return;
+  const float stands_x = (float)(stands % width) + 0.5f, stands_y = (float)(stands / width % height) + 0.5f;
+  const Point point = point_at(views[layer], stands_x, stands_y, ids[stands], positions, triangles, normals);
+  const float3 p = to_frame(lights[l].view, point.x - lights[l].view.origin.xyz);
+  const float block_side = (float)lights[l].view.width / (float)GUIDE_SIDE / lights[l].view.scale;
+  const float cell_side = 0.25f * block_side;
   __global const float4* blocks = places + l * PLACES_OF_LIGHT;
+  float closest = FLT_MAX;
+  for (uint b = 0; b < GUIDE_BLOCKS; ++b)
+    if (blocks[b].w > 0.0f) closest = fmin(closest, length(blocks[b].xyz - p));
 
   real sum[MEDIA];
   float per_light[MEDIA];
   UNROLL for (uint m = 0; m < MEDIA; ++m) sum[m] = real_splat(0.0f);
-  for (uint b = 0; b < GUIDE_BLOCKS; b += VW) share_of_places(blocks + b, p, h, block_side, media, per_light, sum);
+  for (uint b = 0; b < GUIDE_BLOCKS; b += VW)
+    share_of_places(blocks + b, p, closest, block_side, media, per_light, sum);
   UNROLL for (uint m = 0; m < MEDIA; ++m) {
     const float all = sum_of_lanes(sum[m]);
     // Channels that don't scatter, or repeat another, say nothing: guides are the same if they are left out.
-    const int repeats =
-        m > 0 && media[m].sigma_tr == media[m - 1].sigma_tr && media[m].sigma_t_prime == media[m - 1].sigma_t_prime;
+    const int repeats = m > 0 && media[m - 1].scale > 0.0f && media[m].sigma_tr == media[m - 1].sigma_tr &&
+                        media[m].sigma_t_prime == media[m - 1].sigma_t_prime;
     per_light[m] = all > 1e-30f && media[m].scale > 0.0f && !repeats ? 1.0f / all : 0.0f;
   }
   for (uint b = 0; b < GUIDE_BLOCKS; b += VW) {
-    const ureal share = rounded_shares(share_of_places(blocks + b, p, h, block_side, media, per_light, 0));
+    const ureal share = rounded_shares(share_of_places(blocks + b, p, closest, block_side, media, per_light, 0));
     for (uint k = 0; k < VW; ++k) guide[BLOCKS_OF_GUIDE + b + k] = INDEX(share, k);
+  }
+
+  uint limit = PARTED_SHARE;
+  for (uint above = PARTED_BLOCKS + 1; above > PARTED_BLOCKS;) {
+    above = 0;
+    for (uint b = 0; b < GUIDE_BLOCKS; ++b) above += guide[BLOCKS_OF_GUIDE + b] > limit;
+    if (above > PARTED_BLOCKS) limit += limit / 2;
   }
 
   // How many places there are, and all that they share.
   uint parted = 0, n_places = 0, all = 0;
   for (uint b = 0; b < GUIDE_BLOCKS; ++b) {
     const uint share = guide[BLOCKS_OF_GUIDE + b];
-    if (share > PARTED_SHARE && parted < PARTED_BLOCKS) {
+    if (share > limit) {
       guide[BLOCKS_OF_GUIDE + b] = PARTED | parted;
       for (uint c = 0; c < CELLS_OF_BLOCK; c += VW) {
         __global const float4* cells = blocks + GUIDE_BLOCKS + b * CELLS_OF_BLOCK + c;
-        const ureal shares = rounded_shares(share_of_places(cells, p, h, cell_side, media, per_light, 0));
+        const ureal shares = rounded_shares(share_of_places(cells, p, closest, cell_side, media, per_light, 0));
         for (uint k = 0; k < VW; ++k) {
           const uint of_cell = INDEX(shares, k);
           guide[CELLS_OF_GUIDE + parted * CELLS_OF_BLOCK + c + k] = of_cell;
@@ -164,7 +186,7 @@ __kernel void guide_tiles(const uint l, __constant Light* lights, __global const
     }
   }
   // From shares to slots, at least one for each place that has any.
-  uint used = 0, seen = 0, shared = 0;
+  uint used = 0, seen = 0, shared = 0, end = 0;
   for (uint b = 0; b < GUIDE_BLOCKS; ++b) {
     const uint entry = guide[BLOCKS_OF_GUIDE + b], of_cells = entry >> 31;
     for (uint c = 0; c < (of_cells ? CELLS_OF_BLOCK : 1u); ++c) {
@@ -173,8 +195,9 @@ __kernel void guide_tiles(const uint l, __constant Light* lights, __global const
       if (share == 0) continue;
       shared += share;
       ++seen;
-      const uint end = seen + (uint)((ulong)shared * (GUIDE_SLOTS - n_places) / all);
-      const uint count = min(end - used, MOST_OF_PLACE);
+      const uint start = end;
+      end = seen + (uint)((ulong)shared * (GUIDE_SLOTS - n_places) / all);
+      const uint count = min(end - start, MOST_OF_PLACE);
       guide[at] = count;
       for (uint k = 0; k < count; ++k) guide[SLOTS_OF_GUIDE + used + k] = slot_at(b, c, of_cells, k, count);
       used += count;

@@ -214,11 +214,15 @@ static void sample_entry(Transport transport, const Fall* f, Entry* e) {
 
 // The guide of a layer texel, (n, tile), for one light; 0 if it has none, or is too near to what is lit to need one.
 static __global const uint* guide_of(Transport transport, uint l, float4 centre, float4 normal) {
+#if ESTIMATOR == 0
   const View view = transport.lights[l].view;
-  if (transport.n_tiles == 0 || !(centre.z > GUIDED_FROM * (float)view.width / (CELL_SIDE * view.scale))) return 0;
+  if (transport.n_tiles == 0 || !(centre.z > guided_from(view.width, view.scale, transport.density.h_min))) return 0;
   __global const uint* guide =
       transport.guides + (l * transport.n_tiles + (as_uint(normal.w) & ~POINT_BITS)) * GUIDE_SIZE;
   return guide[0] > 0 ? guide : 0;
+#else
+  return 0;
+#endif
 }
 
 // Scattered radiance (without T21) of light l at some points, (x, number) and (n, tile), of halves A and B, or with one

@@ -95,7 +95,8 @@ class Guide {
     const kernels::View& view = b.passes.light_maps.lights[l].view;
     cell_ = double{view.scale} * 64 / view.width;
     const std::size_t tile = std::bit_cast<std::uint32_t>(b.at[2 * point + 1].w) ^ 0x40000000U;
-    const bool far = b.centres[l * b.n + point].z * cell_ > 3;
+    const double h = b.centres[l * b.n + point].z;
+    const bool far = h * cell_ > 3 && h > 2 * double{b.plan.density.parameters.h_min};
     if (b.passes.layers.n_tiles > 0 && far) table_ = &b.guides[(l * b.passes.layers.n_tiles + tile) * GUIDE_SIZE];
     if (table_ && table_[0] == 0) table_ = nullptr;
   }
@@ -269,7 +270,8 @@ TEST_P(LayersReplay, SameSamplesInDouble) {
     }
   ASSERT_FALSE(relative.empty());
   std::sort(relative.begin(), relative.end());
-  EXPECT_EQ(guided > 0, c.estimator == 0);
+  // In thin media light spreads farther than the object is wide, and all points are near to what is lit.
+  EXPECT_EQ(guided > 0, c.estimator == 0 && std::string(c.name) != "thin");
   fmt::print(
       "{} VW={}: {} values, {} samples guided, relative error median {:.2g}, 99 % {:.2g}, worst {:.2g}; of tolerance "
       "{:.2f} ({})\n",
@@ -300,7 +302,7 @@ struct MeanCase {
   const char* name;
   int estimator;
   Material material;
-  std::uint32_t frames;
+  std::uint32_t frames, samples = 8;
 };
 
 void PrintTo(const MeanCase& c, std::ostream* out) { *out << c.name; }
@@ -313,7 +315,7 @@ TEST_P(LayersMean, AgreesWithQuadrature) {
     set_option(p.options, "ESTIMATOR", c.estimator);
     p.guides = c.estimator == 0;
     p.density.parameters.radius = 2.05F;  // around any point, the whole object
-    p.lights[0].samples = 8;
+    p.lights[0].samples = c.samples;
   });
   constexpr int seeds = 40;
   std::vector<glm::dvec3> sum(b.n), squares(b.n);
@@ -355,12 +357,16 @@ TEST_P(LayersMean, AgreesWithQuadrature) {
 INSTANTIATE_TEST_SUITE_P(
     Estimators, LayersMean,
     testing::Values(MeanCase{"nearest_marble", 0, medium({60, 75, 90}, {0.06, 0.12, 0.2}), 128},
-                    MeanCase{"nearest_sparse", 0, two_media, 128}, MeanCase{"exponential_sparse", 1, two_media, 64},
+                    MeanCase{"nearest_sparse", 0, two_media, 128}, MeanCase{"nearest_odd", 0, two_media, 1, 255},
+                    MeanCase{"exponential_sparse", 1, two_media, 64},
                     MeanCase{"disc_sparse", 2, medium({0.4, 0.3, 0.3}, {0.02, 0.01, 0.02}, 1.3), 192}),
     [](const auto& tested) { return tested.param.name; });
 
-TEST(Guides, GiveSlotsToAllThatIsLit) {
-  LitBench b(two_media, {light_a, light_b}, 100, false, 1, {});
+class Guides : public testing::TestWithParam<std::pair<const char*, Material>> {};
+
+TEST_P(Guides, GiveSlotsToWhatIsLit) {
+  const bool all = std::string(GetParam().first) != "dense";  // dense media hide what is far
+  LitBench b(GetParam().second, {light_a, light_b}, 100, false, 1, {});
   std::size_t guides = 0;
   for (std::size_t l = 0; l < 2; ++l) {
     const LightMaps& maps = b.passes.light_maps;
@@ -395,14 +401,32 @@ TEST(Guides, GiveSlotsToAllThatIsLit) {
         ASSERT_EQ(slot >> 21, slots[slot & 0x1fff]);
       }
       ASSERT_EQ(used, guide[0]);
-      ASSERT_EQ(blocks, lit);
+      if (all) {
+        ASSERT_EQ(blocks, lit);
+      }
+      ASSERT_TRUE(std::includes(lit.begin(), lit.end(), blocks.begin(), blocks.end()));
     }
   }
   fmt::print("{} of {} tiles have guides\n", guides, 2 * b.passes.layers.n_tiles);
   EXPECT_GT(guides, 0U);
 }
 
-TEST(Guides, AreMadeWhereThereIsRoom) {
+INSTANTIATE_TEST_SUITE_P(Media, Guides,
+                         testing::Values(std::pair("two", two_media), std::pair("dense", dense),
+                                         std::pair("clear", medium({3, 3, 3}, {0, 0, 0}, 1.3))),
+                         [](const auto& tested) { return std::string(tested.param.first); });
+
+// Which texels are needed changes no sample of those that are.
+TEST(Layers, SamplesDoNotDependOnWhatElseIsNeeded) {
+  LitBench all(two_media, {light_a, light_b}, 100, false, 1, {}),
+      some(two_media, {light_a, light_b}, 100, false, 5, {});
+  const std::vector<float4> of_all = all.frames(2), of_some = some.frames(2);
+  for (std::size_t i = 0; i < some.n; ++i)  // every fifth
+    for (std::size_t half = 0; half < 2; ++half)
+      ASSERT_EQ(exact(of_some[2 * i + half]), exact(of_all[2 * 5 * i + half])) << i;
+}
+
+TEST(Layers, GuidesAreMadeWhereThereIsRoom) {
   DeviceInfo device;
   device.vector_width = 8;
   device.global_memory = device.max_allocation = std::uint64_t{1} << 40;

@@ -241,8 +241,9 @@ void find_centres(Passes& p) {
   if (k.n_tiles == 0) return;
   for (cl_uint l = 0; l < n_lights(p); ++l) {
     p.compute.launch("guide_places", GUIDE_BLOCKS, Stage::layers, l, m.lights_buffer, m.map, k.places);
-    p.compute.launch("guide_tiles", k.n_tiles, Stage::layers, l, m.lights_buffer, k.places, p.media, k.views_buffer,
-                     k.n_tiles, k.n_needed, k.slots, k.points, k.centres, k.guides);
+    p.compute.launch("guide_tiles", k.n_tiles, Stage::layers, l, m.lights_buffer, k.places, p.media,
+                     p.plan.density.parameters.h_min, k.views_buffer, k.n_tiles, k.ids, g.positions, g.triangles,
+                     g.normals, k.n_needed, k.slots, k.centres, k.guides);
   }
 }
 

@@ -319,7 +319,7 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
     plan.left_out.push_back({"clipping", "the object lies inside every camera's near plane and guard band", "bytes",
                              static_cast<double>(n_triangles(scene) * 5 * sizeof(kernels::RasterTriangle)), false});
   plan_gather(plan, scene, settings);
-  plan.guides = settings.estimator == Estimator::automatic;
+  plan.guides = settings.estimator == Estimator::automatic && settings.light_map_size >= 4 * GUIDE_SIDE;
   plan.height_pyramids = settings.estimator == Estimator::automatic || kept(settings, "height-pyramids");
   if (!plan.height_pyramids)
     plan.left_out.push_back(

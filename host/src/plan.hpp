@@ -31,7 +31,7 @@ struct Plan {
   bool clipping = false;
   bool pyramids = true;
   bool height_pyramids = true;     ///< of the light maps
-  bool guides = true;              ///< of samples far from what is lit
+  bool guides = true;              ///< of samples far from what is lit, in maps with a texel to each of their cells
   std::uint32_t slots = 1;         ///< set-up records per triangle
   std::uint32_t lanes = 1;         ///< samples side by side in pass 2
   std::uint32_t window = 0;        ///< pixels along a side of what is gathered at once
@@ -68,7 +68,7 @@ inline constexpr std::uint64_t scratch_slack = 1 << 20;
 /// Lights whose sums are kept one by one, at most.
 inline constexpr std::size_t most_sums = 8;
 
-/// Bytes that guides of samples may take: many lights have few samples each, and do without.
+/// Bytes that guides of samples may take, of all lights: many lights have few samples each, and do without.
 inline constexpr std::uint64_t most_guides = std::uint64_t{1} << 28;
 
 /// Film windows that are gathered at once, in pixels per side: the largest, and the smallest where memory is short.
