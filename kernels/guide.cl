@@ -227,9 +227,10 @@ static void guide_samples(__global const uint* restrict guide, View view, float4
 #define READ_ELEMENT(k) guide[INDEX(at, k)]
   const ureal found = (ureal)(OF_EACH(READ_ELEMENT));
 #undef READ_ELEMENT
+  // What the others make of theirs isn't used, were it 0 / 0.
   const ureal parted = found >> 12 & 1u, block = found & 255u, of_place = found >> 21;
   const real side = real_from_bits(4u - 3u * parted);
-  const real along = (real_from_bits(found >> 13 & 255u) + (position - whole)) / real_from_bits(max(of_place, 1u));
+  const real along = (real_from_bits(found >> 13 & 255u) + (position - whole)) / real_from_bits(of_place);
   const real column = real_from_bits((block & 15u) * 4u + (found >> 8 & 3u)) + along * side;
   const real row = real_from_bits((block >> 4) * 4u + (found >> 10 & 3u)) + v * side;
   *x = real_select(of_guide, (column - origin_x) / per_cell, *x);

@@ -107,7 +107,8 @@ typedef uint16 ureal;
 // mask_all tells whether something is so in all lanes, lanes_of in which, a bit for each; the built-in all() tests one
 // by one on some CPU drivers.
 //
-// Masks are never negated as vectors: Oclgrind 21.10 negates them wrongly. What isn't so in some lane isn't so in all.
+// Masks are never negated as vectors, and no integer vector is compared with a number by min or max: Oclgrind 21.10
+// does both wrongly. What isn't so in some lane isn't so in all.
 //
 // Lanes: the lower half of them takes samples of half A, the upper one of half B; with one lane a work-item has either.
 // LANES numbers them within their half. READ_PAIRS and READ_FOURS read a float2 or float4 per lane at its own index, of
