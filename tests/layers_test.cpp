@@ -90,7 +90,7 @@ Radius radius_of(const DensityTable& table, int estimator, const float4& centre,
 /// What guide.cl says in the light's plane, in units of cells, 64 along a side of the map.
 class Guide {
  public:
-  /// Of a point's tile; without one, everything is 0.
+  /// Of a point's tile; false if it has none, and nothing may be asked of it.
   Guide(const LitBench& b, std::size_t l, std::size_t point) {
     const kernels::View& view = b.passes.light_maps.lights[l].view;
     cell_ = double{view.scale} * 64 / view.width;
@@ -178,7 +178,7 @@ void replay(const LitBench& b, int estimator, std::size_t point, std::uint32_t h
       return f;
     };
     const PerMedium f = response(at, {}, {}, 0);
-    // A guided sample lies where its slot does, a hundredth of a slot's width apart for each ulp of t.
+    // Half an ulp of t moves a guided sample by GUIDE_SLOTS times as much of its slot, at most by that many cells.
     const double at_error = guided ? (GUIDE_SLOTS + 8) * half_ulp * 2 / guide.cells_per_unit() : radius.r_error;
     const double film_error = at_error * scale + 4 * half_ulp * maps.size;
     std::vector<PerMedium> others;
