@@ -375,7 +375,8 @@ __kernel void gather_points(const View view, __global const uint* restrict ids, 
         point_at(view, (float)x + (float)INDEX(sub_x, 0) / SUBPIXELS, (float)y + (float)INDEX(sub_y, 0) / SUBPIXELS,
                  ids[(i << window.log_positions) + position], positions, triangles, normals);
     const real T21 = transmittance_to(view, uniform3((float4)(s.x, 0.0f)), uniform3((float4)(s.n_s, 0.0f)), boundary);
-    points[2 * item] = (float4)(s.x, as_float(0x80000000u | POINT_BITS | (y * view.width + x)));
+    const uint number = point_number(0, view.width, view.height, x, y);
+    points[2 * item] = (float4)(s.x, as_float(0x80000000u | POINT_BITS | number));
     points[2 * item + 1] = (float4)(s.n_s, ELEMENT(T21, 0));
     for (uint l = 0; l < n_lights; ++l)
       centres[l * n_points + item] =

@@ -141,6 +141,18 @@ static real sample_radius(Density density, __global const float2* rho_table, flo
 #endif
 }
 
+#if ESTIMATOR == 0
+// Bits in reverse order. The first step is a built-in function, since Oclgrind 21.10 can't do what compilers make of
+// shifts, or of all steps in a row.
+static ureal reversed(ureal x) {
+  x = rotate(x, (ureal)(16u));
+  x = (x >> 8 & 0x00ff00ffu) | (x & 0x00ff00ffu) << 8;
+  x = (x >> 4 & 0x0f0f0f0fu) | (x & 0x0f0f0f0fu) << 4;
+  x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
+  return (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
+}
+#endif
+
 // Where samples of one light fall, side by side: in the light's frame, from their texels' own samples, in which texels,
 // and the inverse of their density, 0 where there is nothing to add.
 typedef struct {
@@ -148,27 +160,41 @@ typedef struct {
   ureal texel;
 } Fall;
 
-// The point's own sequences of halves A and B from sample `first` on, up to `last`; the guide's and the others in turn,
+// Samples of the point's sequences of halves A and B from `first` on, up to `last`; the guide's and the others in turn,
 // if there is a guide.
 static Fall sample_fall(Transport transport, uint l, float4 centre, uint point, __global const uint* guide,
-                        uint half_index, uint first, uint last) {
+                        ureal places, uint half_index, uint first, uint last) {
   CONTRACT
   __constant Light* light = transport.lights + l;
   const float scale = light->view.scale, width = (float)light->view.width, height = (float)light->view.height;
-  const uint scramble = hash_combine(point, transport.seed), texels = light->view.width * light->view.height;
+#if ESTIMATOR == 0
+  const uint sequence = block_of_point(point), of_class = class_of_point(point);
+#else  // the baselines: an R2 sequence for each point
+  const uint sequence = point, of_class = 0;
+#endif
+  const uint scramble = hash_combine(sequence, transport.seed), texels = light->view.width * light->view.height;
   const uint scramble_a = hash_combine(scramble, 2 * light->number);
   const uint scramble_b = hash_combine(scramble, 2 * light->number + 1);
   const real sample_x = OF_HALVES(float, half_index, light->sample_x[0], light->sample_x[1]);
   const real sample_y = OF_HALVES(float, half_index, light->sample_y[0], light->sample_y[1]);
-  const ureal shift_u = OF_HALVES(uint, half_index, hash(scramble_a), hash(scramble_b));
-  const ureal shift_v = OF_HALVES(uint, half_index, hash(scramble_a ^ 0x68bc21ebu), hash(scramble_b ^ 0x68bc21ebu));
+  const uint v_a = hash(scramble_a ^ 0x68bc21ebu), v_b = hash(scramble_b ^ 0x68bc21ebu);
+  const ureal hash_u = OF_HALVES(uint, half_index, hash(scramble_a), hash(scramble_b));
+  const ureal shift_u = hash_u + of_class * CLASS_STEP_U,
+              shift_v = OF_HALVES(uint, half_index, v_a, v_b) + of_class * CLASS_STEP_V;
   const ureal index = first + LANES, half_map = OF_HALVES(uint, half_index, 0u, texels);
-  // Each sampler has a sequence of its own; which one is first depends on the point, as otherwise the sums of odd
-  // numbers of samples would be biased.
-  const ureal guided = guide ? 1u - ((index ^ shift_u) & 1u) : (ureal)(0u), other = guided * 0x3c6ef372u;
-  const ureal number = guide ? index >> 1 : index;
-  const real t = (real_from_bits((number * R2_STEP_U + (shift_u ^ other)) >> 8) + 0.5f) * 0x1p-24f;
-  const real v = real_from_bits((number * R2_STEP_V + (shift_v ^ other)) >> 8) * 0x1p-24f;
+#if ESTIMATOR == 0
+  // Each sampler has a sequence of its own; which one is first depends on the block, as otherwise the sums of odd
+  // numbers of samples would be biased. Radii come near their ends and go back, as lattices err where a function isn't
+  // periodic (Hickernell 2002).
+  const ureal guided = guide ? 1u - ((index ^ hash_u) & 1u) : (ureal)(0u), other = guided * 0x3c6ef372u;
+  const ureal u = places + shift_u + other;
+  const ureal folded = u ^ as_ureal(as_mask(u) >> 31);
+  const real t = (real_from_bits(folded >> 7) + 0.5f) * 0x1p-24f;
+  const real v = real_from_bits((places * LATTICE_V + shift_v + other) >> 8) * 0x1p-24f;
+#else
+  const real t = (real_from_bits((index * R2_STEP_U + shift_u) >> 8) + 0.5f) * 0x1p-24f;
+  const real v = real_from_bits((index * R2_STEP_V + shift_v) >> 8) * 0x1p-24f;
+#endif
   Fall f;
   real weight, cosine, sine;
   const real r = sample_radius(transport.density, transport.rho, centre.z, centre.w, t, &weight);
@@ -242,9 +268,16 @@ __attribute__((always_inline)) static void scattered_radiance(Transport transpor
     Fall fall[POINTS_OF_ITEM];
     Entry entry[POINTS_OF_ITEM];
     DipoleGeometry geometry[POINTS_OF_ITEM];
-    for (uint k = 0; k < n_points; ++k)
-      fall[k] = sample_fall(transport, l, centres[k], as_uint(points[2 * k].w) & ~POINT_BITS,
-                            guide_of(transport, l, centres[k], points[2 * k + 1]), half_index, j, last);
+#if ESTIMATOR == 0
+    const ureal index = j + LANES, whole = reversed(index), halved = reversed(index >> 1);
+#else
+    const ureal whole = (ureal)(0u), halved = whole;
+#endif
+    for (uint k = 0; k < n_points; ++k) {
+      __global const uint* guide = guide_of(transport, l, centres[k], points[2 * k + 1]);
+      fall[k] = sample_fall(transport, l, centres[k], as_uint(points[2 * k].w) & ~POINT_BITS, guide,
+                            guide ? halved : whole, half_index, j, last);
+    }
     for (uint k = 0; k < n_points; ++k) sample_entry(transport, fall + k, entry + k);
     for (uint k = 0; k < n_points; ++k) {
       const float3 p = to_frame(light->view, points[2 * k].xyz - light->view.origin.xyz);
@@ -329,7 +362,8 @@ __kernel void layers_points(__constant View* views, __global const uint* restric
   const View view = views[layer];
   const Point p = point_at(view, (float)(t % view.width) + 0.5f, (float)(t / view.width) + 0.5f, ids[texel], positions,
                            triangles, normals);
-  points[2 * i] = (float4)(p.x, as_float((view.number * size + t) | POINT_BITS));
+  const uint number = point_number(view.number, view.width, view.height, t % view.width, t / view.width);
+  points[2 * i] = (float4)(p.x, as_float(number | POINT_BITS));
   const uint columns = (view.width + GUIDE_TILE - 1) / GUIDE_TILE, rows = (view.height + GUIDE_TILE - 1) / GUIDE_TILE;
   const uint tile = (layer * rows + t / view.width / GUIDE_TILE) * columns + t % view.width / GUIDE_TILE;
   points[2 * i + 1] = (float4)(p.n_s, as_float(tile | POINT_BITS));

@@ -95,6 +95,7 @@ typedef uint16 ureal;
 #endif
 #define as_real(x) WIDE(as_float)(x)
 #define as_mask(x) WIDE(as_int)(x)
+#define as_ureal(x) WIDE(as_uint)(x)
 #define convert_real(x) WIDE(convert_float)(x)
 #define convert_ureal(x) WIDE(convert_uint)(x)
 #define convert_mask(x) WIDE(convert_int)(x)
