@@ -114,7 +114,7 @@ static real log_of_fraction(real t) {
 #endif
 
 // A sample's distance from the centre and the inverse of its area density (0: outside of what is sampled), from one
-// number of the sequence; `t` is 1 - u.
+// number of the sequence, from far to near.
 static real sample_radius(Density density, __global const float2* rho_table, float h, float log_G, real t,
                           real* weight) {
   CONTRACT
@@ -142,8 +142,8 @@ static real sample_radius(Density density, __global const float2* rho_table, flo
 }
 
 #if ESTIMATOR == 0
-// Bits in reverse order. The first step is a built-in function, since Oclgrind 21.10 can't do what compilers make of
-// shifts, or of all steps in a row.
+// Bits in reverse order. The first step is a built-in function: of two shifts, compilers make one rotation or, with the
+// steps after it, one reversal, and Oclgrind 21.10 knows neither.
 static ureal reversed(ureal x) {
   x = rotate(x, (ureal)(16u));
   x = (x >> 8 & 0x00ff00ffu) | (x & 0x00ff00ffu) << 8;
@@ -184,7 +184,7 @@ static Fall sample_fall(Transport transport, uint l, float4 centre, uint point, 
   const ureal index = first + LANES, half_map = OF_HALVES(uint, half_index, 0u, texels);
 #if ESTIMATOR == 0
   // Each sampler has a sequence of its own; which one is first depends on the block, as otherwise the sums of odd
-  // numbers of samples would be biased. Radii come near their ends and go back, as lattices err where a function isn't
+  // numbers of samples would be biased. t runs through its range and back, as lattices err where a function isn't
   // periodic (Hickernell 2002).
   const ureal guided = guide ? 1u - ((index ^ hash_u) & 1u) : (ureal)(0u), other = guided * 0x3c6ef372u;
   const ureal u = places + shift_u + other;

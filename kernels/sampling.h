@@ -11,13 +11,13 @@ KERNEL_HEADER_BEGIN
 
 // An extensible lattice (Hickernell, Hong, L'Ecuyer, Lemieux 2000): sample k is (1, LATTICE_V) times the bits of k in
 // reverse order as a fraction, modulo 1, so that the first 2^m are a lattice for every m. Where a function has edges,
-// errors of lattices fall as the sum of |k|^-3 over their duals: this one's are at most 1.33 times the least that a
-// lattice of as many points could have, for m from 2 to 22.
+// the squared error of a lattice falls as the sum of |k|^-3 over its dual: this one's is at most 1.33 times the least
+// that a lattice of as many points could have, for m up to 22.
 #define LATTICE_V 9760019u
 
 // The texels of a block of BLOCK^2 share their sequences but for shifts, each another multiple of a ninth of the
-// generator: together they make one lattice of nine times as many points, no worse than above, from m = 0 on. So their
-// errors cancel where several of them are averaged.
+// generator: together they make one lattice of nine times as many points, no worse than above. So part of their errors
+// cancels where several of them are averaged.
 #define BLOCK 3u
 #define CLASS_STEP_U 477218588u   // 1 / 9 in 32-bit fixed point
 #define CLASS_STEP_V 2386092942u  // LATTICE_V / 9, modulo 1

@@ -22,10 +22,12 @@ struct LitBench : Bench {
     make_light_maps(passes, points, map_size);
     draw_light_maps(passes, 0, shift);
     std::vector<kernels::View> views;
-    for (const glm::dvec3& d : even_directions(5)) views.push_back(orthographic_view(points, d, 24));
+    for (const glm::dvec3& d : even_directions(5)) {
+      views.push_back(orthographic_view(points, d, 24));
+      views.back().number = static_cast<cl_uint>(views.size() - 1);
+    }
     make_layers(passes, views, false);
     const std::vector<cl_uint> slots = compute.read<cl_uint>(passes.layers.slots, 5 * 24 * 24);
-    std::vector<cl_uint> needed;
     for (cl_uint t = 0, covered = 0; t < slots.size(); ++t)
       if (slots[t] == 0 && covered++ % step == 0) needed.push_back(t);
     set_needed(passes, needed);
@@ -43,7 +45,7 @@ struct LitBench : Bench {
   }
   std::size_t n = 0;
   std::vector<float4> map, at, centres;
-  std::vector<cl_uint> guides;
+  std::vector<cl_uint> needed, guides;
 };
 
 /// A sample's distance from its centre and its weight, with what float32 may change of them.
@@ -424,6 +426,14 @@ INSTANTIATE_TEST_SUITE_P(Media, Guides,
                          testing::Values(std::pair("two", two_media), std::pair("dense", dense),
                                          std::pair("clear", medium({3, 3, 3}, {0, 0, 0}, 1.3))),
                          [](const auto& tested) { return std::string(tested.param.first); });
+
+TEST(Layers, PointsAreNumberedBlockByBlock) {
+  const LitBench b(two_media, {light_a}, 100, false, 7, {});
+  for (std::size_t i = 0; i < b.n; ++i) {
+    const cl_uint layer = b.needed[i] / (24 * 24), x = b.needed[i] % 24, y = b.needed[i] / 24 % 24;
+    ASSERT_EQ(std::bit_cast<std::uint32_t>(b.at[2 * i].w) ^ 0x40000000U, kernels::point_number(layer, 24, 24, x, y));
+  }
+}
 
 // Which texels are needed changes no sample of those that are.
 TEST(Layers, SamplesDoNotDependOnWhatElseIsNeeded) {
