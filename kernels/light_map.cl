@@ -6,7 +6,7 @@
 
 #define UNLIT -8.0f
 #define MIN_COSINE_OF_REBUILD 0.1f  // steeper texels are not extrapolated farther than this slope
-#define CLOSE_ENOUGH 0.9f           // squared distance, as a part of the nearest found, that isn't worth a search
+#define CLOSE_ENOUGH 0.7f           // squared distance, as a part of the nearest found, that isn't worth a search
 
 static float3 to_frame(View view, float3 v) {
   return (float3)(dot(v, view.right.xyz), dot(v, view.down.xyz), dot(v, view.back.xyz));
@@ -127,32 +127,47 @@ typedef struct {
   uint texel;
 } Lit;
 
+// Takes a texel's piece for the nearest one if it is nearer to t than that.
+static void nearer_piece(float3 t, __constant Light* light, __global const float4* map, uint x, uint y, Lit* nearest) {
+  const uint i = y * light->view.width + x;
+  const float4 piece = map[light->map + i];
+  const float3 away = to_piece(t - (float3)((float)x + 0.5f, (float)y + 0.5f, piece.x * light->view.scale), piece.yz);
+  if (!(piece.x > UNLIT && dot(away, away) < nearest->distance_sq)) return;
+  nearest->distance_sq = dot(away, away);
+  nearest->place = t.xy + away.xy;
+  nearest->texel = i;
+}
+
 // The lit surface that is nearest to t, all in units of texels, with texel i's piece over [i, i + 1]. Depth-first
 // through the height pyramid, nearest child first, and without a stack, which a GPU would keep in memory: on the way
-// up, the order of the children is found again.
+// up, the order of the children is found again. What is lit right above or below t tells in which node to look.
 static Lit nearest_lit(float3 t, __constant Light* light, __global const float4* map, __global const float2* extent,
                        __constant uint* level_first, uint levels) {
-  const float scale = light->view.scale;
+  const float last = (float)light->view.width - 1.0f;
   Lit nearest;
   nearest.distance_sq = FLT_MAX;
   nearest.place = t.xy;
   nearest.texel = 0;
-  for (uint level = levels - 1, x = 0, y = 0;;) {
+  uint top = levels - 1, x = 0, y = 0;
+  if (t.x >= 0.0f && t.y >= 0.0f && t.x < last + 1.0f && t.y < last + 1.0f) {
+    nearer_piece(t, light, map, convert_uint(t.x), convert_uint(t.y), &nearest);
+    const float reach = fmin(sqrt(nearest.distance_sq * CLOSE_ENOUGH), 2.0f * last);
+    const uint2 low = convert_uint2(clamp(t.xy - reach, 0.0f, last)),
+                high = convert_uint2(clamp(t.xy + reach, 0.0f, last));
+    const uint differ = (low.x ^ high.x) | (low.y ^ high.y);
+    top = min(32 - clz(differ), top);
+    x = low.x >> top;
+    y = low.y >> top;
+    if (top == 0) return nearest;
+  }
+  for (uint level = top;;) {
     float2 next = (float2)(FLT_MAX, 0.0f);
-    if (level > 0) {
+    if (level > 0)
       next = next_child(child_distances(t, light, extent, level_first, level, x, y), -1.0f, 0);
-    } else {
-      const uint i = y * light->view.width + x;
-      const float4 piece = map[light->map + i];
-      const float3 away = to_piece(t - (float3)((float)x + 0.5f, (float)y + 0.5f, piece.x * scale), piece.yz);
-      if (piece.x > UNLIT && dot(away, away) < nearest.distance_sq) {
-        nearest.distance_sq = dot(away, away);
-        nearest.place = t.xy + away.xy;
-        nearest.texel = i;
-      }
-    }
+    else
+      nearer_piece(t, light, map, x, y, &nearest);
     while (next.x >= nearest.distance_sq * CLOSE_ENOUGH) {
-      if (level + 1 == levels) return nearest;
+      if (level == top) return nearest;
       const int own = (int)((x & 1u) | (y & 1u) << 1);
       ++level;
       x >>= 1;

@@ -191,12 +191,12 @@ TEST_P(LightMap, SamplesAreCentredOnTheNearestLitSurface) {
       const std::string where = fmt::format("size {} light {} point {}", size, l, hex(x));
       // Coordinates up to `size` texels in float32, through some roundings.
       const double rounding = 8 * 0x1p-23 * size, least = nearest[0].first;
-      // Any texel whose piece is nearly as near may be the centre's: the square of the distance within a tenth.
+      // Any texel whose piece is nearly as near may be the centre's: the square of the distance within three tenths.
       double off = INFINITY, off_h = INFINITY;
       bool is_along = false;
       const glm::dvec2 chosen(c.x * scale + light.view.centre_x, c.y * scale + light.view.centre_y);
       for (const auto& [d, k] : nearest) {
-        if (d > least / std::sqrt(0.9) + rounding) break;
+        if (d > least / std::sqrt(0.7) + rounding) break;
         const MapTexel texel(map[light.map + k]);
         const glm::dvec2 on_piece = chosen - glm::dvec2(sample(texel, k));
         const double outside = std::max(std::fabs(on_piece.x), std::fabs(on_piece.y)) - 0.5;
