@@ -1,7 +1,7 @@
 // Pass 4: the camera's view looks each of its points up in all layers that see it, as in shadow mapping.
 
 #define MIN_WEIGHT 1e-3f  // below it no layer is taken to see a point
-#define EDGE_ON 0.05f     // cosine: layers that see a surface more edge-on are never asked
+#define EDGE_ON 0.06f     // cosine: layers that see a surface more edge-on are never asked
 #define OBLIQUE 0.2f      // cosine: such layers are asked only where no other sees the point
 
 // The layers as pass 4 reads them, `count` from `first` on.

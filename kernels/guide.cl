@@ -1,83 +1,187 @@
-// Guides of pass 2's samples: for tiles of layer texels that lie far from what is lit, how much of their light comes
-// from where.
+// Guides of samples: for tiles of layer texels that lie away from what is lit, which of the lit places give them light.
 //
-// A light's map is divided into GUIDE_SIDE^2 blocks, and each block into 16 cells. A guide gives every block that gives
-// light, or each such cell of the blocks that give most, a number of equal slots; a sample takes one of them, and lies
-// somewhere in its block or cell, so that density is slots per area. In memory: the number of slots in use; of each
-// block its number of slots, or PARTED and which of the parted blocks it is; of each cell of these its number of slots;
-// and for each slot where it is (slot_at).
-#define CELL_SIDE (4u * GUIDE_SIDE)  // cells along a side of the map
-#define PARTED 0x80000000u
-#define SHARES 0x1p21f                      // units of a share in a channel's light: those of all places fit in 32 bits
-#define PARTED_SHARE 0x2000u                // blocks that give more are parted, while there are no more than that
-#define BLOCKS_OF_GUIDE 1u                  // where these begin
-#define CELLS_OF_GUIDE (1u + GUIDE_BLOCKS)  // and these
-#define SLOTS_OF_GUIDE (CELLS_OF_GUIDE + PARTED_BLOCKS * CELLS_OF_BLOCK)
-#define MOST_OF_PLACE 255u   // slots that a block or cell may have
-#define NO_SLOT 0xffffffffu  // of a texel without values
-#define GUIDED_FROM 3.0f     // cells' sides between a point and what is lit, at least
+// A map's lit texels are listed along a Hilbert curve through GUIDE_SIDE^3 cubes of space, so that ranges of the list
+// are compact in space, however deep the surface is as the light sees it. A guide gives ranges of the list, or where
+// one gives much light its PARTS_OF_RANGE parts, slots in proportion to what they give: each is of one part, or of
+// whole ones, and a sample lies anywhere in one of them. In memory: where each slot begins, and the last one ends, in
+// units of which a texel of the list has 2^unit_bits; and each part's density, as bytes. Where there is no guide the
+// end is 0.
+#define LEAST_SHARE 0x1p-24f  // of the light of a channel that counts
+#define PARTED_SHARE 0x1p-8f  // ranges that give more are parted, and wide ones sooner
+#define NO_SLOT 0xffffffffu   // of a texel without values
+#define NO_RANK 0xffffffffu   // of a texel that isn't lit
+#define GUIDED_FROM 3.0f      // points whose h is more than so many times h_min have guides
+#define END_OF_SLOTS GUIDE_SLOTS
+#define CODES_OF_PARTS (GUIDE_SLOTS + 1u)
+#define WHOLE_RANGE 0x80u  // beside a share, while a guide is made
 
 #if ESTIMATOR == 0
-// A slot: its block, its cell and whether it is of a cell alone, its rank among the slots of the same place, and these.
-static uint slot_at(uint block, uint cell, uint parted, uint rank, uint count) {
-  return block | cell << 8 | parted << 12 | rank << 13 | count << 21;
-}
+// Which part of the list is where in the memory of a map: its length, the lit texels as (row << 16 | column), and the
+// place in the list of each texel.
+#define LISTED 1u
+#define RANKED(texels) (1u + (texels))
+#define LIST_SIZE(texels) (1u + 2u * (texels))
 
-// A place of a light's map, from the sum of (column, row, height, 1) over its lit texels and from how many it has: its
-// middle in the light's frame, and the part of it that is lit, 0 where nothing is.
-static float4 place_of(float4 sum, float texels, float centre_x, float centre_y, float scale) {
-  if (sum.w == 0.0f) return (float4)(0.0f);
-  const float3 middle = sum.xyz / sum.w;
-  return (float4)((middle.x - centre_x) / scale, (middle.y - centre_y) / scale, middle.z, sum.w / texels);
-}
+// The places of a list fit in 31 bits with these below them.
+static uint unit_bits(uint texels) { return clz(texels - 1) - 1; }
 
-// The blocks of one light's map, and then their cells, block after block.
-__kernel void guide_places(const uint l, __constant Light* lights, __global const float4* restrict map,
-                           __global float4* restrict places) {
-  const uint block = (uint)get_global_id(0), width = lights[l].view.width;
-  if (block >= GUIDE_BLOCKS) return;
-  const float centre_x = lights[l].view.centre_x, centre_y = lights[l].view.centre_y, scale = lights[l].view.scale;
-  const float side = (float)width / (float)CELL_SIDE, texels = side * side;
-  __global float4* blocks = places + l * PLACES_OF_LIGHT;
-  __global float4* cells = blocks + GUIDE_BLOCKS + block * CELLS_OF_BLOCK;
-  float4 sum = (float4)(0.0f);
-  for (uint cell = 0; cell < CELLS_OF_BLOCK; ++cell) {
-    const float x = (float)(block % GUIDE_SIDE * 4 + cell % 4), y = (float)(block / GUIDE_SIDE * 4 + cell / 4);
-    const uint x0 = convert_uint(ceil(x * side - 0.5f)), x1 = convert_uint(ceil((x + 1.0f) * side - 0.5f));
-    const uint y0 = convert_uint(ceil(y * side - 0.5f)), y1 = convert_uint(ceil((y + 1.0f) * side - 0.5f));
-    float4 of_cell = (float4)(0.0f);
-    for (uint row = y0; row < y1; ++row)
-      for (uint column = x0; column < x1; ++column) {
-        const float height = map[lights[l].map + row * width + column].x;
-        if (height > UNLIT) of_cell += (float4)((float)column + 0.5f, (float)row + 0.5f, height, 1.0f);
-      }
-    sum += of_cell;
-    cells[cell] = place_of(of_cell, texels, centre_x, centre_y, scale);
+// The number of a cube along a Hilbert curve (Skilling 2004: Programming the Hilbert curve).
+static uint cube_number(uint x, uint y, uint z) {
+  for (uint bit = GUIDE_SIDE / 2; bit > 1; bit /= 2) {
+    const uint below = bit - 1, y_swaps = (x ^ y) & below;
+    if (x & bit) x ^= below;
+    if (y & bit) {
+      x ^= below;
+    } else {
+      x ^= y_swaps;
+      y ^= y_swaps;
+    }
+    const uint z_swaps = (x ^ z) & below;
+    if (z & bit) {
+      x ^= below;
+    } else {
+      x ^= z_swaps;
+      z ^= z_swaps;
+    }
   }
-  blocks[block] = place_of(sum, texels * CELLS_OF_BLOCK, centre_x, centre_y, scale);
+  y ^= x;
+  z ^= y;
+  uint turned = 0;
+  for (uint bit = GUIDE_SIDE / 2; bit > 1; bit /= 2)
+    if (z & bit) turned ^= bit - 1;
+  x ^= turned;
+  y ^= turned;
+  z ^= turned;
+  uint number = 0;
+  for (uint bit = GUIDE_SIDE / 2; bit > 0; bit /= 2)
+    number = number << 3 | (x & bit ? 4u : 0u) | (y & bit ? 2u : 0u) | (z & bit ? 1u : 0u);
+  return number;
 }
 
-// Of VW places, about what each gives of all the light at p in the light's frame, summed over channels: `per_light` is
-// 1 over all in each channel, or 0. With `sum`, what they give is added to that instead. Both are less by a common
-// factor: `closest` is about the distance of the nearest.
-static real share_of_places(__global const float4* restrict places, float3 p, float closest, float side,
-                            __constant Medium* media, const float* per_light, real* sum) {
+// Counts the lit texels of each cube of a map, or, once `cubes` says where each begins in the list, lists them: a
+// work-item for each column of cubes, square by square, so that what comes one after the other lies close by.
+__kernel void guide_list(const View view, __global const float4* restrict map, const uint first, const uint number,
+                         const uint listing, __global uint* restrict cubes, __global uint* restrict lists) {
+  const uint column = (uint)get_global_id(0), width = view.width, texels = width * width;
+  if (column >= GUIDE_SIDE * GUIDE_SIDE) return;
+  __global uint* lit = lists + number * LIST_SIZE(texels);
+  const uint side = (width + GUIDE_SIDE - 1) / GUIDE_SIDE, squares = (side + 3) / 4;
+  const uint cube_x = column % GUIDE_SIDE, cube_y = column / GUIDE_SIDE;
+  if (!listing)
+    for (uint z = 0; z < GUIDE_SIDE; ++z) cubes[cube_number(cube_x, cube_y, z)] = 0;
+  uint last_z = GUIDE_SIDE, cube = 0;
+  for (uint square = 0; square < squares * squares; ++square) {
+    const uint row_of_squares = square / squares, along = square % squares;
+    const uint x0 = 4 * (row_of_squares & 1u ? squares - 1 - along : along), y0 = 4 * row_of_squares;
+    for (uint i = 0; i < 16; ++i) {
+      const uint x = x0 + i % 4, y = y0 + i / 4, u = cube_x * side + x, v = cube_y * side + y;
+      if (x >= side || y >= side || u >= width || v >= width) continue;
+      const float height = map[first + v * width + u].x;
+      uint rank = NO_RANK;
+      if (height > UNLIT) {
+        const uint z = convert_uint(clamp((height + 1.0f) * (0.5f * GUIDE_SIDE), 0.0f, GUIDE_SIDE - 1.0f));
+        if (z != last_z) cube = cube_number(cube_x, cube_y, z);
+        last_z = z;
+        rank = cubes[cube]++;
+        if (listing) lit[LISTED + rank] = v << 16 | u;
+      }
+      if (listing) lit[RANKED(texels) + v * width + u] = rank;
+    }
+  }
+}
+
+// From how many texels each cube has to where it begins in the list; and the list's length.
+__kernel void guide_starts(__global const uint* restrict counts, const uint number, const uint texels,
+                           __global uint* restrict cubes, __global uint* restrict lists) {
+  const uint item = (uint)get_global_id(0), of_item = GUIDE_CUBES / GUIDE_ITEMS;
+  if (item >= GUIDE_ITEMS) return;
+  uint sum = 0;
+  for (uint i = 0; i < item * of_item; ++i) sum += counts[i];
+  for (uint i = item * of_item; i < (item + 1) * of_item; ++i) {
+    cubes[i] = sum;
+    sum += counts[i];
+  }
+  if (item + 1 == GUIDE_ITEMS) lists[number * LIST_SIZE(texels)] = sum;
+}
+
+// Where part number `part` of a list of n begins: part k n / GUIDE_PARTS, rounded. Place i is of part
+// (i + 1/2) GUIDE_PARTS / n, rounded down.
+static uint part_begins(uint part, uint n) {
+  return convert_uint(((ulong)part * n + (GUIDE_PARTS / 2 - 1)) / GUIDE_PARTS);
+}
+
+// A place, from sums over its texels, weighted by how much light each lets in: (middle, light), and the root mean
+// square of the distance from there.
+static void place_of(float4 sum, float squares, __global float4* place) {
+  const float3 middle = sum.w > 0.0f ? sum.xyz / sum.w : (float3)(0.0f);
+  const float spread = sum.w > 0.0f ? squares / sum.w - dot(middle, middle) : 0.0f;
+  place[0] = (float4)(middle, sum.w);
+  place[1] = (float4)(sqrt(fmax(spread, 0.0f)), 0.0f, 0.0f, 0.0f);
+}
+
+// The ranges of a list, and after them their parts.
+__kernel void guide_places(const View view, __global const float4* restrict map, const uint first, const uint number,
+                           const Boundary boundary, __global const uint* restrict lists,
+                           __global float4* restrict places) {
+  const uint range = (uint)get_global_id(0);
+  __global const uint* lit = lists + number * LIST_SIZE(view.width * view.width);
+  const uint n = lit[0];
+  if (range >= GUIDE_RANGES) return;
+  float4 sum = (float4)(0.0f);
+  float squares = 0.0f;
+  for (uint part = range * PARTS_OF_RANGE; part < (range + 1) * PARTS_OF_RANGE; ++part) {
+    float4 of_part = (float4)(0.0f);
+    float squares_of_part = 0.0f;
+    for (uint i = part_begins(part, n); i < part_begins(part + 1, n); ++i) {
+      const uint at = lit[LISTED + i], column = at & 0xffffu, row = at >> 16;
+      const float4 texel = map[first + row * view.width + column];
+      const real3 n_s = shading_normal(as_mask(real_splat(texel.w)));
+      const real T12 = fresnel_transmittance(n_s.z, boundary);
+      const float light = LANE(T12, 0);
+      const float3 x = (float3)(((float)column + 0.5f - view.centre_x) / view.scale,
+                                ((float)row + 0.5f - view.centre_y) / view.scale, texel.x);
+      of_part += (float4)(x, 1.0f) * light;
+      squares_of_part += dot(x, x) * light;
+    }
+    sum += of_part;
+    squares += squares_of_part;
+    place_of(of_part, squares_of_part, places + 2 * (GUIDE_RANGES + part));
+  }
+  place_of(sum, squares, places + 2 * range);
+}
+
+// Of VW places, how far their light comes to p in the light's frame, about; how much it is, and their radius.
+static real distance_of_places(__global const float4* restrict places, float3 p, real* light, real* radius) {
   CONTRACT
-  const ureal number = (ureal)(0u) + SIDE_BY_SIDE;
+  const ureal number = 2 * ((ureal)(0u) + SIDE_BY_SIDE);
 #define READ_ELEMENT(k) places[INDEX(number, k)]
-  READ_FOURS(places, number, x, y, z, lit)
+  READ_FOURS(places, number, x, y, z, w)
 #undef READ_ELEMENT
+#define RADIUS(k) places[INDEX(number, k) + 1].x
+  *radius = (real)(OF_EACH(RADIUS));
+#undef RADIUS
+  *light = w;
   const real3 away = real3_make(x - p.x, y - p.y, z - p.z);
-  const real d2 = real3_dot(away, away) + 0.1f * side * side,
-             beyond = real_max(real_sqrt(d2) - closest, real_splat(0.0f));
-  real share = real_splat(0.0f);
+  const real d2 = real3_dot(away, away) + 1e-12f;
+  return real_max(real_sqrt(d2) - 0.5f * *radius, 0.5f * real_sqrt(d2 + *radius * *radius));
+}
+
+// About what each of VW places gives of all the light at p, summed over channels: `per_light` is 1 over all in each
+// channel, or 0. With `sum`, what they give is added to that instead. Both are less by a common factor: `closest` is
+// the distance of the nearest. `wide` is how large a place is beside its distance.
+static real share_of_places(__global const float4* restrict places, float3 p, float closest, __constant Medium* media,
+                            const float* per_light, real* sum, real* wide) {
+  CONTRACT
+  real light, radius, share = real_splat(0.0f);
+  const real d = distance_of_places(places, p, &light, &radius);
+  *wide = radius / d;
   UNROLL for (uint m = 0; m < MEDIA; ++m) {
     const float sigma_tr = media[m].sigma_tr * media[m].sigma_t_prime;
-    const real light = lit * side * side * attenuation(sigma_tr * beyond) / d2;
+    const real given = light * attenuation(sigma_tr * real_max(d - closest, real_splat(0.0f))) / (d * d);
     if (sum)
-      sum[m] += light;
+      sum[m] += given;
     else
-      share += light * per_light[m];
+      share += given * per_light[m];
   }
   return share;
 }
@@ -88,62 +192,105 @@ static float sum_of_lanes(real v) {
   return sum;
 }
 
-// Shares as integers, rounded to 1, 1.5, 2, 3, 4, 6, ...: what devices round differently hardly ever shows, and from
-// here on all of them count alike. At most 1, as blocks far away may look darker than their cells are.
-static ureal rounded_shares(real share) {
-  const mask two_bits = (as_mask(real_min(share, real_splat(1.0f))) + 0x00200000) & 0x7fc00000;
-  return convert_ureal(as_real(two_bits) * SHARES);
+// Shares rounded to 1, 1.5, 2, 3, 4, 6, ... times a power of two: what devices round differently hardly ever shows. At
+// most 1, as ranges far away may look darker than their parts are. As seven bits, 0 below LEAST_SHARE.
+#define SHARE_BITS 22
+#define LEAST_CODE (as_uint(LEAST_SHARE) >> SHARE_BITS)
+static mask share_codes(real share) {
+  const mask code = ((as_mask(real_min(share, real_splat(1.0f))) + 0x00200000) >> SHARE_BITS) - ((int)LEAST_CODE - 1);
+  return select((mask)(0), code, code > 0);
 }
 
-// From which distance of the centre's h on a point is far from what is lit: in cells, and beside how far light spreads.
-static float guided_from(uint width, float scale, float h_min) {
-  return fmax(GUIDED_FROM * (float)width / ((float)CELL_SIDE * scale), 2.0f * h_min);
-}
+static float share_of_code(uint code) { return code ? as_float((code + LEAST_CODE - 1u) << SHARE_BITS) : 0.0f; }
 
-// The guides of one light, for the tiles of which a needed texel lies far enough from what is lit. The covered texel
-// that is nearest to the tile's middle stands for all: whatever is needed, guides are the same.
-__kernel void guide_tiles(const uint l, __constant Light* lights, __global const float4* restrict places,
-                          __constant Medium* media, const float h_min, __constant View* views, const uint n_tiles,
-                          __global const uint* restrict ids, __global const float4* restrict positions,
-                          __global const uint* restrict triangles, __global const float* restrict normals,
-                          __global const uint* restrict n_needed, __global const uint* restrict slots,
-                          __global const float4* restrict centres, __global uint* restrict guides) {
+// From which distance of the centre's h on points have guides.
+static float guided_from(float h_min) { return GUIDED_FROM * h_min; }
+
+// Where tiles lie that have a guide for one light, those with a needed texel that is far enough from what is lit: the
+// covered texel nearest to the tile's middle stands for all, whatever is needed. (x, 1), or (x, 0) for the others.
+__kernel void guide_stands(const uint l, const float h_min, __constant View* views, const uint n_tiles,
+                           __global const uint* restrict ids, __global const float4* restrict positions,
+                           __global const uint* restrict triangles, __global const float* restrict normals,
+                           __global const uint* restrict n_needed, __global const uint* restrict slots,
+                           __global const float4* restrict centres, __global float4* restrict stands) {
   const uint tile = (uint)get_global_id(0);
   if (tile >= n_tiles) return;
   const uint width = views[0].width, height = views[0].height, columns = (width + GUIDE_TILE - 1) / GUIDE_TILE;
   const uint rows = (height + GUIDE_TILE - 1) / GUIDE_TILE, layer = tile / (columns * rows);
   const uint x0 = tile % columns * GUIDE_TILE, y0 = tile / columns % rows * GUIDE_TILE;
-  const float from = guided_from(lights[l].view.width, lights[l].view.scale, h_min);
   __global const float4* of_points = centres + l * n_needed[0];
-  __global uint* guide = guides + (l * n_tiles + tile) * GUIDE_SIZE;
-  guide[0] = 0;
-  uint far = 0, stands = 0, least = 0xffffffffu;
+  stands[l * n_tiles + tile] = (float4)(0.0f);
+  uint far = 0, stand = 0, least = 0xffffffffu;
   for (uint y = y0; y < min(y0 + GUIDE_TILE, height); ++y)
     for (uint x = x0; x < min(x0 + GUIDE_TILE, width); ++x) {
       const uint texel = (layer * height + y) * width + x, slot = slots[texel];
       if (ids[texel] == NO_TRIANGLE) continue;
-      if (slot != NO_SLOT) far |= of_points[slot].z > from;
+      if (slot != NO_SLOT) far |= of_points[slot].z > guided_from(h_min);
       const int d_x = (int)(2 * (x - x0) + 1) - (int)GUIDE_TILE, d_y = (int)(2 * (y - y0) + 1) - (int)GUIDE_TILE;
       if ((uint)(d_x * d_x + d_y * d_y) >= least) continue;
       least = (uint)(d_x * d_x + d_y * d_y);
-      stands = texel;
+      stand = texel;
     }
   if (!far) return;
-  const float stands_x = (float)(stands % width) + 0.5f, stands_y = (float)(stands / width % height) + 0.5f;
-  const Point point = point_at(views[layer], stands_x, stands_y, ids[stands], positions, triangles, normals);
-  const float3 p = to_frame(lights[l].view, point.x - lights[l].view.origin.xyz);
-  const float block_side = (float)lights[l].view.width / (float)GUIDE_SIDE / lights[l].view.scale;
-  const float cell_side = 0.25f * block_side;
-  __global const float4* blocks = places + l * PLACES_OF_LIGHT;
-  float closest = FLT_MAX;
-  for (uint b = 0; b < GUIDE_BLOCKS; ++b)
-    if (blocks[b].w > 0.0f) closest = fmin(closest, length(blocks[b].xyz - p));
+  const float stand_x = (float)(stand % width) + 0.5f, stand_y = (float)(stand / width % height) + 0.5f;
+  const Point point = point_at(views[layer], stand_x, stand_y, ids[stand], positions, triangles, normals);
+  stands[l * n_tiles + tile] = (float4)(point.x, 1.0f);
+}
 
-  real sum[MEDIA];
+// Densities beside an even one as bytes: three bits of the mantissa and five of the exponent, from 2^-11 on.
+#define DENSITY_BITS 20
+#define DENSITY_SCALE 0x1p115f
+
+// Which slots have been given out, how much light lies before the next one, and from which part of the list on.
+typedef struct {
+  uint slot, part;
+  float given;
+} Filled;
+
+// Gives the parts up to `end` so many slots of equal length.
+static void fill_slots(__global uint* guide, uint n, uint bits, uint end, uint slots, Filled* f) {
+  const uint begins = part_begins(f->part, n), texels = part_begins(end, n) - begins;
+  const float length = (float)(texels << bits) / (float)slots;
+  for (uint k = 0; k < slots; ++k) guide[f->slot + k] = (begins << bits) + convert_uint((float)k * length);
+  f->slot += slots;
+  const float density = (float)slots * (float)n / ((float)GUIDE_SLOTS * (float)texels);
+  const uint code = min(as_uint(density / DENSITY_SCALE) >> DENSITY_BITS, 255u);
+  __global uchar* codes = (__global uchar*)(guide + CODES_OF_PARTS);
+  for (; f->part < end; ++f->part) codes[f->part] = (uchar)code;
+}
+
+// Some parts that give `share`. Those that give too little for a slot wait for the next ones.
+static void add_parts(__global uint* guide, uint n, uint bits, float per_slot, uint begin, uint end, float share,
+                      Filled* f) {
+  f->given += share;
+  const uint slots = min(convert_uint(f->given / per_slot + 0.5f), GUIDE_SLOTS);
+  if (slots > f->slot + 1 && part_begins(f->part, n) < part_begins(begin, n)) fill_slots(guide, n, bits, begin, 1, f);
+  if (slots > f->slot) fill_slots(guide, n, bits, end, slots - f->slot, f);
+}
+
+// The guides of one map.
+__kernel void guide_tiles(const View view, const uint number, __global const uint* restrict lists,
+                          __global const float4* restrict places, __constant Medium* media, const uint n_tiles,
+                          __global const float4* restrict stands, __global uint* restrict guides) {
+  const uint tile = (uint)get_global_id(0), texels = view.width * view.width;
+  if (tile >= n_tiles) return;
+  const uint n = lists[number * LIST_SIZE(texels)], bits = unit_bits(texels);
+  const float4 stand = stands[number / 2 * n_tiles + tile];
+  __global uint* guide = guides + (number * n_tiles + tile) * GUIDE_SIZE;
+  guide[END_OF_SLOTS] = 0;
+  if (!(stand.w > 0.0f)) return;
+  const float3 p = to_frame(view, stand.xyz - view.origin.xyz);
+  real nearest = real_splat(FLT_MAX), light, radius;
+  for (uint r = 0; r < GUIDE_RANGES; r += VW) {
+    const real d = distance_of_places(places + 2 * r, p, &light, &radius);
+    nearest = real_select(light > 0.0f, real_min(nearest, d), nearest);
+  }
+  float closest = FLT_MAX;
+  for (uint k = 0; k < VW; ++k) closest = fmin(closest, ELEMENT(nearest, k));
+  real sum[MEDIA], wide;
   float per_light[MEDIA];
   UNROLL for (uint m = 0; m < MEDIA; ++m) sum[m] = real_splat(0.0f);
-  for (uint b = 0; b < GUIDE_BLOCKS; b += VW)
-    share_of_places(blocks + b, p, closest, block_side, media, per_light, sum);
+  for (uint r = 0; r < GUIDE_RANGES; r += VW) share_of_places(places + 2 * r, p, closest, media, per_light, sum, &wide);
   UNROLL for (uint m = 0; m < MEDIA; ++m) {
     const float all = sum_of_lanes(sum[m]);
     // Channels that don't scatter, or repeat another, say nothing: guides are the same if they are left out.
@@ -151,104 +298,98 @@ __kernel void guide_tiles(const uint l, __constant Light* lights, __global const
                         media[m].sigma_t_prime == media[m - 1].sigma_t_prime;
     per_light[m] = all > 1e-30f && media[m].scale > 0.0f && !repeats ? 1.0f / all : 0.0f;
   }
-  for (uint b = 0; b < GUIDE_BLOCKS; b += VW) {
-    const ureal share = rounded_shares(share_of_places(blocks + b, p, closest, block_side, media, per_light, 0));
-    for (uint k = 0; k < VW; ++k) guide[BLOCKS_OF_GUIDE + b + k] = INDEX(share, k);
-  }
-
-  uint limit = PARTED_SHARE;
-  for (uint above = PARTED_BLOCKS + 1; above > PARTED_BLOCKS;) {
-    above = 0;
-    for (uint b = 0; b < GUIDE_BLOCKS; ++b) above += guide[BLOCKS_OF_GUIDE + b] > limit;
-    if (above > PARTED_BLOCKS) limit += limit / 2;
-  }
-
-  // How many places there are, and all that they share.
-  uint parted = 0, n_places = 0, all = 0;
-  for (uint b = 0; b < GUIDE_BLOCKS; ++b) {
-    const uint share = guide[BLOCKS_OF_GUIDE + b];
-    if (share > limit) {
-      guide[BLOCKS_OF_GUIDE + b] = PARTED | parted;
-      for (uint c = 0; c < CELLS_OF_BLOCK; c += VW) {
-        __global const float4* cells = blocks + GUIDE_BLOCKS + b * CELLS_OF_BLOCK + c;
-        const ureal shares = rounded_shares(share_of_places(cells, p, closest, cell_side, media, per_light, 0));
-        for (uint k = 0; k < VW; ++k) {
-          const uint of_cell = INDEX(shares, k);
-          guide[CELLS_OF_GUIDE + parted * CELLS_OF_BLOCK + c + k] = of_cell;
-          all += of_cell;
-          n_places += of_cell > 0;
+  // How much each range gives, or each of its parts.
+  __global uchar* codes = (__global uchar*)(guide + CODES_OF_PARTS);
+  float all = 0.0f;
+  for (uint r = 0; r < GUIDE_RANGES; r += VW) {
+    const real share = share_of_places(places + 2 * r, p, closest, media, per_light, 0, &wide);
+    const mask of_ranges = share_codes(share), worth = share_codes(share * (1.0f + 4.0f * wide));
+    for (uint k = 0; k < VW; ++k) {
+      const uint first = (r + k) * PARTS_OF_RANGE;
+      if (share_of_code(INDEX(worth, k)) <= PARTED_SHARE) {
+        codes[first] = (uchar)(INDEX(of_ranges, k) | WHOLE_RANGE);
+        all += share_of_code(INDEX(of_ranges, k));
+        continue;
+      }
+      for (uint part = first; part < first + PARTS_OF_RANGE; part += VW) {
+        const mask of_parts =
+            share_codes(share_of_places(places + 2 * (GUIDE_RANGES + part), p, closest, media, per_light, 0, &wide));
+        for (uint i = 0; i < VW; ++i) {
+          codes[part + i] = (uchar)INDEX(of_parts, i);
+          all += share_of_code(INDEX(of_parts, i));
         }
       }
-      ++parted;
-    } else {
-      all += share;
-      n_places += share > 0;
     }
   }
-  // From shares to slots, at least one for each place that has any.
-  uint used = 0, seen = 0, shared = 0, end = 0;
-  for (uint b = 0; b < GUIDE_BLOCKS; ++b) {
-    const uint entry = guide[BLOCKS_OF_GUIDE + b], of_cells = entry >> 31;
-    for (uint c = 0; c < (of_cells ? CELLS_OF_BLOCK : 1u); ++c) {
-      const uint at = of_cells ? CELLS_OF_GUIDE + (entry & ~PARTED) * CELLS_OF_BLOCK + c : BLOCKS_OF_GUIDE + b;
-      const uint share = guide[at];
-      if (share == 0) continue;
-      shared += share;
-      ++seen;
-      const uint start = end;
-      end = seen + (uint)((ulong)shared * (GUIDE_SLOTS - n_places) / all);
-      const uint count = min(end - start, MOST_OF_PLACE);
-      guide[at] = count;
-      for (uint k = 0; k < count; ++k) guide[SLOTS_OF_GUIDE + used + k] = slot_at(b, c, of_cells, k, count);
-      used += count;
-    }
+  // Where each slot begins, and what is left gives nothing.
+  Filled filled;
+  filled.slot = filled.part = 0;
+  filled.given = 0.0f;
+  for (uint part = 0; part < GUIDE_PARTS && all > 0.0f;) {
+    const uint code = codes[part], end = part + (code & WHOLE_RANGE ? PARTS_OF_RANGE : 1u);
+    add_parts(guide, n, bits, all / (float)GUIDE_SLOTS, part, end, share_of_code(code & ~WHOLE_RANGE), &filled);
+    part = end;
   }
-  guide[0] = used;
+  guide[END_OF_SLOTS] = part_begins(filled.part, n) << bits;
+  for (uint part = filled.part; part < GUIDE_PARTS; ++part) codes[part] = 0;
 }
 
 // Moves the samples that are the guide's (`guided` is 1, else 0) to where it has them, by t and v in [0, 1), and sets
-// the weights of all: by the balance heuristic (Veach and Guibas 1995), as each sampler takes half of the samples. The
-// heuristic knows the density around the nearest lit place, at distance h, about: rho^-2 exp(-sigma_tr rho) 1.2 /
-// (2 pi G(h)), since rho^-0.1 is near 1.2 wherever an object is. What samples count still is exact.
-static void guide_samples(__global const uint* restrict guide, View view, float4 centre, float sigma_tr, ureal guided,
-                          real t, real v, real* x, real* y, real* weight) {
+// the weights of all: by the balance heuristic (Veach and Guibas 1995), as each sampler takes half of the samples.
+// `guide` and `map` are where each lane's half has its guide and its list; its texels have their samples at (sample_x,
+// sample_y). The heuristic knows both densities about: the guide's by parts of the list, and that around the nearest
+// lit place, at distance h, as rho^-2 exp(-sigma_tr rho) 1.2 / (2 pi G(h)), since rho^-0.1 is near 1.2 wherever an
+// object is. What samples count still is exact.
+static void guide_samples(__global const uint* restrict guides, ureal guide, __global const uint* restrict lit,
+                          ureal map, real parts_per_texel, View view, real sample_x, real sample_y, float4 centre,
+                          float sigma_tr, ureal guided, real t, real v, real* x, real* y, real* weight) {
   CONTRACT
-  const float used = (float)guide[0], cell = (float)view.width / (float)CELL_SIDE, per_cell = view.scale / cell;
-  const float origin_x = view.centre_x / cell, origin_y = view.centre_y / cell, last = (float)CELL_SIDE - 0.5f;
+  const uint texels = view.width * view.width, bits = unit_bits(texels);
+  const float unit = (float)(1u << bits), last = (float)view.width - 1.0f;
   const mask of_guide = guided == 1u;
 
-  // One look tells where the guide's samples are, and in which blocks the others are.
-  const real position = real_min(t * used, real_splat(used - 1e-3f)), whole = floor(position);
-  const ureal cell_x = convert_ureal(real_min(real_max(*x * per_cell + origin_x, real_splat(0.0f)), real_splat(last)));
-  const ureal cell_y = convert_ureal(real_min(real_max(*y * per_cell + origin_y, real_splat(0.0f)), real_splat(last)));
-  const ureal slot = SLOTS_OF_GUIDE + convert_ureal(whole);
-  const ureal own_block = BLOCKS_OF_GUIDE + (cell_y >> 2) * GUIDE_SIDE + (cell_x >> 2);
-  const ureal at = own_block + guided * (slot - own_block);
-#define READ_ELEMENT(k) guide[INDEX(at, k)]
+  const real position = real_min(t * (float)GUIDE_SLOTS, real_splat((float)GUIDE_SLOTS - 1e-3f));
+  const real slot = floor(position);
+  const ureal at_slot = guide + convert_ureal(slot);
+#define READ_ELEMENT(k) guides[INDEX(at_slot, k)]
+  const ureal begin = (ureal)(OF_EACH(READ_ELEMENT));
+#undef READ_ELEMENT
+#define READ_ELEMENT(k) guides[INDEX(at_slot, k) + 1]
+  const ureal end = (ureal)(OF_EACH(READ_ELEMENT));
+#undef READ_ELEMENT
+  const real length = real_max(real_from_bits(end - begin), real_splat(1.0f));
+  const ureal place = begin + convert_ureal((position - slot) * length);
+
+  // One look tells which texels the guide's samples are in, and where in the list those of the others are.
+  const real own_column = floor(*x * view.scale + view.centre_x - sample_x + 0.5f);
+  const real own_row = floor(*y * view.scale + view.centre_y - sample_y + 0.5f);
+  const real column = real_min(real_max(own_column, real_splat(0.0f)), real_splat(last));
+  const real row = real_min(real_max(own_row, real_splat(0.0f)), real_splat(last));
+  const ureal own_texel = RANKED(texels) + (convert_ureal(row) * view.width + convert_ureal(column));
+  const ureal at = map + own_texel + guided * (LISTED + (place >> bits) - own_texel);
+#define READ_ELEMENT(k) lit[INDEX(at, k)]
   const ureal found = (ureal)(OF_EACH(READ_ELEMENT));
 #undef READ_ELEMENT
-  // What the others make of theirs isn't used, were it 0 / 0.
-  const ureal parted = found >> 12 & 1u, block = found & 255u, of_place = found >> 21;
-  const real side = real_from_bits(4u - 3u * parted);
-  const real along = (real_from_bits(found >> 13 & 255u) + (position - whole)) / real_from_bits(of_place);
-  const real column = real_from_bits((block & 15u) * 4u + (found >> 8 & 3u)) + along * side;
-  const real row = real_from_bits((block >> 4) * 4u + (found >> 10 & 3u)) + v * side;
-  *x = real_select(of_guide, (column - origin_x) / per_cell, *x);
-  *y = real_select(of_guide, (row - origin_y) / per_cell, *y);
+  const real guided_x = real_from_bits(found & 0xffffu) + real_from_bits(place & ((1u << bits) - 1u)) / unit;
+  const real guided_y = real_from_bits(found >> 16) + v;
+  *x = real_select(of_guide, (guided_x + sample_x - 0.5f - view.centre_x) / view.scale, *x);
+  *y = real_select(of_guide, (guided_y + sample_y - 0.5f - view.centre_y) / view.scale, *y);
 
-  const ureal of_cells = found >> 31;
-  const ureal own_cell = CELLS_OF_GUIDE + (found & ~PARTED) * CELLS_OF_BLOCK + (cell_y & 3u) * 4u + (cell_x & 3u);
-  const ureal at_cell = of_cells * own_cell;
-#define READ_ELEMENT(k) guide[INDEX(at_cell, k)]
-  const ureal of_cell = (ureal)(OF_EACH(READ_ELEMENT));
+  const ureal rank = found + guided * ((place >> bits) - found);
+  const ureal part =
+      convert_ureal(real_min((real_from_bits(rank) + 0.5f) * parts_per_texel, real_splat((float)GUIDE_PARTS - 1.0f)));
+  const ureal at_code = 4 * (guide + CODES_OF_PARTS) + part;
+#define READ_ELEMENT(k) ((__global const uchar*)guides)[INDEX(at_code, k)]
+  const ureal code = (ureal)(OF_EACH(READ_ELEMENT));
 #undef READ_ELEMENT
-  const ureal of_guides_block = guided * (of_place * (1u + 15u * parted));
-  const ureal of_others = (1u - guided) * (of_cells * (16u * of_cell) + (1u - of_cells) * found);
-  const real slots = real_from_bits(of_guides_block + of_others);  // in a block of 16 cells
+  const float per_area = view.scale * view.scale;
+  const real density = as_real(code << DENSITY_BITS) * DENSITY_SCALE * (parts_per_texel * (per_area / GUIDE_PARTS));
+
   const real d_x = *x - centre.x, d_y = *y - centre.y, rho2 = d_x * d_x + d_y * d_y + centre.z * centre.z;
   const real exponent = sigma_tr * (rho2 * real_rsqrt(rho2)) + (centre.w + 1.6556f);  // ln(2 pi / 1.2)
   const real radial = real_exp(-real_min(exponent, real_splat(80.0f)));
-  const real both = 2.0f / (radial + slots * (per_cell * per_cell / (16.0f * used)) * rho2);  // and rho2 of both
-  *weight = both * real_select(of_guide, rho2, *weight * radial);
+  const real both = 2.0f / (radial + density * rho2);  // and rho2 of both
+  const real inverse = length * ((float)GUIDE_SLOTS / (unit * per_area));
+  *weight = both * real_select(of_guide, density * rho2 * inverse, *weight * radial);
 }
 #endif

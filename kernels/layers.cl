@@ -7,6 +7,7 @@
 #include "sampling.h"
 
 #define PI_F 3.14159265358979f
+#define NO_GUIDE 0xffffffffu
 #define POINT_BITS 0x40000000u  // with them an index kept as a float is a normal number, which no device flushes
 
 // Pixels along one side of a level of a mip chain; sizes halve upwards.
@@ -31,19 +32,14 @@ typedef struct {
   Boundary boundary;
   Density density;
   __global const float2* rho;
-  __global const uint* guides;  // light after light
+  __global const uint* lit;     // lists of lit texels, map after map
+  __global const uint* guides;  // map after map
   uint n_tiles;                 // of each; 0 if points have none
   uint seed;
 } Transport;
 
-// In the light's own frame: the direction towards it, and a texel's shading normal, unpacked.
+// The direction towards the light, in its own frame.
 static real3 towards_light(void) { return real3_make(real_splat(0.0f), real_splat(0.0f), real_splat(1.0f)); }
-
-static real3 shading_normal(mask packed) {
-  const real n_x = convert_real((packed << 16) >> 16) * (1.0f / 32767.0f);
-  const real n_y = convert_real(packed >> 16) * (1.0f / 32767.0f);
-  return real3_make(n_x, n_y, real_sqrt(real_max(1.0f - n_x * n_x - n_y * n_y, real_splat(1e-4f))));
-}
 
 // Where samples of one light are centred for one point: (x, y in the light's frame, h, log G(h)). Inlined,
 // since a GPU would pass the density through memory.
@@ -162,8 +158,8 @@ typedef struct {
 
 // Samples of the point's sequences of halves A and B from `first` on, up to `last`; the guide's and the others in turn,
 // if there is a guide.
-static Fall sample_fall(Transport transport, uint l, float4 centre, uint point, __global const uint* guide,
-                        ureal places, uint half_index, uint first, uint last) {
+static Fall sample_fall(Transport transport, uint l, float4 centre, uint point, uint guide, ureal places,
+                        uint half_index, uint first, uint last) {
   CONTRACT
   __constant Light* light = transport.lights + l;
   const float scale = light->view.scale, width = (float)light->view.width, height = (float)light->view.height;
@@ -186,7 +182,7 @@ static Fall sample_fall(Transport transport, uint l, float4 centre, uint point, 
   // Each sampler has a sequence of its own; which one is first depends on the block, as otherwise the sums of odd
   // numbers of samples would be biased. t runs through its range and back, as lattices err where a function isn't
   // periodic (Hickernell 2002).
-  const ureal guided = guide ? 1u - ((index ^ hash_u) & 1u) : (ureal)(0u), other = guided * 0x3c6ef372u;
+  const ureal guided = guide != NO_GUIDE ? 1u - ((index ^ hash_u) & 1u) : (ureal)(0u), other = guided * 0x3c6ef372u;
   const ureal u = places + shift_u + other;
   const ureal folded = u ^ as_ureal(as_mask(u) >> 31);
   const real t = (real_from_bits(folded >> 7) + 0.5f) * 0x1p-24f;
@@ -202,7 +198,15 @@ static Fall sample_fall(Transport transport, uint l, float4 centre, uint point, 
   f.x = centre.x + r * cosine;
   f.y = centre.y + r * sine;
 #if ESTIMATOR == 0
-  if (guide) guide_samples(guide, light->view, centre, transport.density.sigma, guided, t, v, &f.x, &f.y, &weight);
+  if (guide != NO_GUIDE) {
+    const uint guide_b = guide + transport.n_tiles * GUIDE_SIZE;
+    const uint list_a = 2 * l * LIST_SIZE(texels), list_b = list_a + LIST_SIZE(texels);
+    const float parts_a = GUIDE_PARTS / (float)transport.lit[list_a],
+                parts_b = GUIDE_PARTS / (float)transport.lit[list_b];
+    guide_samples(transport.guides, OF_HALVES(uint, half_index, guide, guide_b), transport.lit,
+                  OF_HALVES(uint, half_index, list_a, list_b), OF_HALVES(float, half_index, parts_a, parts_b),
+                  light->view, sample_x, sample_y, centre, transport.density.sigma, guided, t, v, &f.x, &f.y, &weight);
+  }
 #endif
   const real film_x = f.x * scale + light->view.centre_x, film_y = f.y * scale + light->view.centre_y;
   const real column = floor(film_x - sample_x + 0.5f), row = floor(film_y - sample_y + 0.5f);
@@ -238,16 +242,15 @@ static void sample_entry(Transport transport, const Fall* f, Entry* e) {
   e->flux = real_select(height > UNLIT, f->weight * T12, real_splat(0.0f));
 }
 
-// The guide of a layer texel, (n, tile), for one light; 0 if it has none, or is too near to what is lit to need one.
-static __global const uint* guide_of(Transport transport, uint l, float4 centre, float4 normal) {
+// Where the guide of a layer texel, (n, tile), begins for half A of one light; NO_GUIDE if it has none, or is too near
+// to what is lit to need one.
+static uint guide_of(Transport transport, uint l, float4 centre, float4 normal) {
 #if ESTIMATOR == 0
-  const View view = transport.lights[l].view;
-  if (transport.n_tiles == 0 || !(centre.z > guided_from(view.width, view.scale, transport.density.h_min))) return 0;
-  __global const uint* guide =
-      transport.guides + (l * transport.n_tiles + (as_uint(normal.w) & ~POINT_BITS)) * GUIDE_SIZE;
-  return guide[0] > 0 ? guide : 0;
+  if (transport.n_tiles == 0 || !(centre.z > guided_from(transport.density.h_min))) return NO_GUIDE;
+  const uint guide = (2 * l * transport.n_tiles + (as_uint(normal.w) & ~POINT_BITS)) * GUIDE_SIZE;
+  return transport.guides[guide + END_OF_SLOTS] > 0 ? guide : NO_GUIDE;
 #else
-  return 0;
+  return NO_GUIDE;
 #endif
 }
 
@@ -274,9 +277,9 @@ __attribute__((always_inline)) static void scattered_radiance(Transport transpor
     const ureal whole = (ureal)(0u), halved = whole;
 #endif
     for (uint k = 0; k < n_points; ++k) {
-      __global const uint* guide = guide_of(transport, l, centres[k], points[2 * k + 1]);
+      const uint guide = guide_of(transport, l, centres[k], points[2 * k + 1]);
       fall[k] = sample_fall(transport, l, centres[k], as_uint(points[2 * k].w) & ~POINT_BITS, guide,
-                            guide ? halved : whole, half_index, j, last);
+                            guide != NO_GUIDE ? halved : whole, half_index, j, last);
     }
     for (uint k = 0; k < n_points; ++k) sample_entry(transport, fall + k, entry + k);
     for (uint k = 0; k < n_points; ++k) {
@@ -294,7 +297,7 @@ __attribute__((always_inline)) static void scattered_radiance(Transport transpor
 
 static Transport make_transport(__constant Light* lights, __global const float4* map, __constant Medium* media,
                                 Boundary boundary, Density density, __global const float2* rho,
-                                __global const uint* guides, uint n_tiles, uint seed) {
+                                __global const uint* lit, __global const uint* guides, uint n_tiles, uint seed) {
   Transport t;
   t.lights = lights;
   t.map = map;
@@ -302,6 +305,7 @@ static Transport make_transport(__constant Light* lights, __global const float4*
   t.boundary = boundary;
   t.density = density;
   t.rho = rho;
+  t.lit = lit;
   t.guides = guides;
   t.n_tiles = n_tiles;
   t.seed = seed;
@@ -378,16 +382,17 @@ __kernel void layers_accumulate(__global const uint* restrict n_needed, __global
                                 __global const float4* restrict centres, const uint l, __constant Light* lights,
                                 __global const float4* restrict map, __constant Medium* media, const Boundary boundary,
                                 const Density density, __global const float2* restrict rho,
-                                __global const uint* restrict guides, const uint n_tiles, const uint seed,
-                                const uint round, const uint rounds, const uint add, const float4 colour,
-                                const uint first_value, __global float4* restrict values) {
+                                __global const uint* restrict lit, __global const uint* restrict guides,
+                                const uint n_tiles, const uint seed, const uint round, const uint rounds,
+                                const uint add, const float4 colour, const uint first_value,
+                                __global float4* restrict values) {
   const uint item = (uint)get_global_id(0), n_points = n_needed[0];
   const uint items = (n_points + POINTS_OF_ITEM - 1) / POINTS_OF_ITEM;
   if (item >= 2 / HALVES_OF_ITEM * items) return;
   const uint half_index = item >= items;  // one half's maps stay in the caches
   const uint first = (item - half_index * items) * POINTS_OF_ITEM;
   const uint n = POINTS_OF_ITEM == 1 ? 1 : min(n_points - first, POINTS_OF_ITEM);  // 1 known to the compiler
-  const Transport transport = make_transport(lights, map, media, boundary, density, rho, guides, n_tiles, seed);
+  const Transport transport = make_transport(lights, map, media, boundary, density, rho, lit, guides, n_tiles, seed);
   real sum[POINTS_OF_ITEM][MEDIA + 1];
   scattered_radiance(transport, l, centres + l * n_points + first, points + 2 * first, n, half_index, round, rounds,
                      sum);

@@ -48,6 +48,13 @@ __kernel void light_map_resolve(const View view, const Window window, __global c
         (float4)(ELEMENT(height, k), ELEMENT(slope_x, k), ELEMENT(slope_y, k), as_float(INDEX(normal, k)));
 }
 
+// A texel's shading normal, unpacked.
+static real3 shading_normal(mask packed) {
+  const real n_x = convert_real((packed << 16) >> 16) * (1.0f / 32767.0f);
+  const real n_y = convert_real(packed >> 16) * (1.0f / 32767.0f);
+  return real3_make(n_x, n_y, real_sqrt(real_max(1.0f - n_x * n_x - n_y * n_y, real_splat(1e-4f))));
+}
+
 // Level 0 of the height pyramid: (lowest, highest) of each texel's plane within half a texel; an empty node has
 // lowest > highest.
 __kernel void light_map_extent(const uint n_texels, const float scale, __global const float4* restrict map,

@@ -105,16 +105,18 @@ typedef struct {
 // Subpixel positions that are drawn and gathered side by side, at most.
 #define POSITIONS_SIDE_BY_SIDE 8u
 
-// Guides of samples (guide.cl): texels along a side of a tile that shares one, blocks along a side of a light's map and
-// how many of them may be parted, cells of a block, and slots, no fewer than places; the numbers that a guide takes.
+// Guides of samples (guide.cl): texels along a side of a tile that shares one, and slots of a guide; cubes along a side
+// of the curve through what is lit, and work-items that add up what these hold; ranges of a list, and parts of a range;
+// the numbers that a guide takes.
 #define GUIDE_TILE 16u
-#define GUIDE_SIDE 16u
-#define GUIDE_BLOCKS (GUIDE_SIDE * GUIDE_SIDE)
-#define CELLS_OF_BLOCK 16u
-#define PARTED_BLOCKS 64u
-#define GUIDE_SLOTS 2048u
-#define GUIDE_SIZE (1u + GUIDE_BLOCKS + PARTED_BLOCKS * CELLS_OF_BLOCK + GUIDE_SLOTS)
-#define PLACES_OF_LIGHT (GUIDE_BLOCKS * (1u + CELLS_OF_BLOCK))
+#define GUIDE_SLOTS 1024u
+#define GUIDE_SIDE 32u
+#define GUIDE_CUBES (GUIDE_SIDE * GUIDE_SIDE * GUIDE_SIDE)
+#define GUIDE_ITEMS 64u
+#define GUIDE_RANGES 256u
+#define PARTS_OF_RANGE 32u
+#define GUIDE_PARTS (GUIDE_RANGES * PARTS_OF_RANGE)
+#define GUIDE_SIZE (GUIDE_SLOTS + 1u + GUIDE_PARTS / 4u)
 
 // The self-test's work-items, and the smallest of the numbers that they offer to an atomic minimum.
 #define SELF_TEST_ITEMS 64

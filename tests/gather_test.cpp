@@ -135,11 +135,11 @@ Lookup look_up(const Stored& s, cl_uint level, glm::dvec3 x, glm::dvec3 n, doubl
   return sum;
 }
 
-/// Layers with a cosine below 0.2 are asked, down to 0.05, only where the others' weights come to less than 1e-3.
+/// Layers with a cosine below 0.2 are asked, down to 0.06, only where the others' weights come to less than 1e-3.
 Lookup look_up(const Stored& s, cl_uint level, glm::dvec3 x, glm::dvec3 n) {
   Lookup sum = look_up(s, level, x, n, 0.2);
   if (sum.doubtful || sum.weight >= 1e-3) return sum;
-  sum = look_up(s, level, x, n, 0.05);
+  sum = look_up(s, level, x, n, 0.06);
   sum.oblique = true;
   return sum;
 }

@@ -205,8 +205,14 @@ void allocate_points(Passes& p, std::size_t count) {
   k.centres = p.compute.buffer<kernels::float4>(lights * count);
   k.values = p.compute.buffer<kernels::float4>(2 * (count + coarse));
   k.n_tiles = p.plan.guides ? guide_tiles({k.views[0].width, k.views[0].height}) * k.count() : 0;
-  k.places = p.compute.buffer<kernels::float4>(k.n_tiles > 0 ? lights * PLACES_OF_LIGHT : 1);
-  k.guides = p.compute.buffer<cl_uint>(std::max<std::size_t>(lights * k.n_tiles * GUIDE_SIZE, 1));
+  const std::size_t maps = k.n_tiles > 0 ? 2 * lights : 0, map = std::size_t{p.light_maps.size} * p.light_maps.size;
+  const auto buffer = [&](std::size_t n) { return p.compute.buffer<cl_uint>(std::max<std::size_t>(n, 1)); };
+  k.stands = buffer(lights * k.n_tiles * 4);
+  k.guides = buffer(maps * k.n_tiles * GUIDE_SIZE);
+  k.lit = buffer(maps * (1 + 2 * map));
+  k.counts = buffer(maps > 0 ? GUIDE_CUBES : 0);
+  k.cubes = buffer(maps > 0 ? GUIDE_CUBES : 0);
+  k.places = buffer(maps > 0 ? 8 * GUIDE_RANGES * (1 + PARTS_OF_RANGE) : 0);
   if (p.plan.sums() == 1) return;
   k.sums = p.compute.buffer<kernels::float4>(2 * count * lights);
   k.colours = p.compute.buffer<kernels::float4>(lights);
@@ -239,12 +245,31 @@ void find_centres(Passes& p) {
                    g.triangles, g.normals, m.lights_buffer, m.map, p.plan.boundary, p.plan.density.parameters, p.rho,
                    m.extent, m.level_first, m.levels, n_lights(p), k.points, k.centres);
   if (k.n_tiles == 0) return;
-  for (cl_uint l = 0; l < n_lights(p); ++l) {
-    p.compute.launch("guide_places", GUIDE_BLOCKS, Stage::layers, l, m.lights_buffer, m.map, k.places);
-    p.compute.launch("guide_tiles", k.n_tiles, Stage::layers, l, m.lights_buffer, k.places, p.media,
-                     p.plan.density.parameters.h_min, k.views_buffer, k.n_tiles, k.ids, g.positions, g.triangles,
-                     g.normals, k.n_needed, k.slots, k.centres, k.guides);
-  }
+  for (cl_uint l = 0; l < n_lights(p); ++l)
+    p.compute.launch("guide_stands", k.n_tiles, Stage::layers, l, p.plan.density.parameters.h_min, k.views_buffer,
+                     k.n_tiles, k.ids, g.positions, g.triangles, g.normals, k.n_needed, k.slots, k.centres, k.stands);
+  make_guides(p);
+}
+
+void make_guides(Passes& p) {
+  const Layers& k = p.layers;
+  const LightMaps& m = p.light_maps;
+  if (k.n_tiles == 0) return;
+  const cl_uint texels = m.size * m.size;
+  for (cl_uint l = 0; l < n_lights(p); ++l)
+    for (cl_uint half = 0; half < 2; ++half) {
+      const kernels::View& view = m.lights[l].view;
+      const cl_uint map = m.lights[l].map + half * texels, number = 2 * l + half;
+      p.compute.launch("guide_list", GUIDE_SIDE * GUIDE_SIDE, Stage::layers, view, m.map, map, number, 0U, k.counts,
+                       k.lit);
+      p.compute.launch("guide_starts", GUIDE_ITEMS, Stage::layers, k.counts, number, texels, k.cubes, k.lit);
+      p.compute.launch("guide_list", GUIDE_SIDE * GUIDE_SIDE, Stage::layers, view, m.map, map, number, 1U, k.cubes,
+                       k.lit);
+      p.compute.launch("guide_places", GUIDE_RANGES, Stage::layers, view, m.map, map, number, p.plan.boundary, k.lit,
+                       k.places);
+      p.compute.launch("guide_tiles", k.n_tiles, Stage::layers, view, number, k.lit, k.places, p.media, k.n_tiles,
+                       k.stands, k.guides);
+    }
 }
 
 namespace {
@@ -259,8 +284,8 @@ void launch_accumulate(Passes& p, const cl::Buffer& n, std::size_t items, const 
                        cl_uint add, const kernels::float4& colour, cl_uint first_value, const cl::Buffer& values,
                        Stage stage) {
   p.compute.launch("layers_accumulate", items, stage, n, points, centres, l, p.light_maps.lights_buffer,
-                   p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.layers.guides,
-                   n_tiles, p.seed, round, rounds, add, colour, first_value, values);
+                   p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.layers.lit,
+                   p.layers.guides, n_tiles, p.seed, round, rounds, add, colour, first_value, values);
 }
 
 /// The round number `frame` of the layers' texels, of each light, to its own sums or to those of all.

@@ -36,10 +36,11 @@ struct Layers {
   cl_uint levels = 1;
   // Once the needed texels are known: how many and which, and what belongs to each.
   cl::Buffer n_needed, needed, points, centres, values;
-  cl::Buffer places, guides;  ///< of samples: what is lit of each light's map, and where tiles' light comes from
-  cl_uint n_tiles = 0;        ///< that have guides, of each light
-  cl::Buffer sums, colours;   ///< if each light has its own: values are made of them
-  cl_uint n_points = 0;       ///< how many the buffers hold; the device goes by n_needed
+  cl::Buffer stands, guides;              ///< of samples: where tiles lie, and where on each map their light comes from
+  cl::Buffer cubes, counts, lit, places;  ///< lists of what is lit of each map; the rest while one is made
+  cl_uint n_tiles = 0;                    ///< that have guides, of each light
+  cl::Buffer sums, colours;               ///< if each light has its own: values are made of them
+  cl_uint n_points = 0;                   ///< how many the buffers hold; the device goes by n_needed
   [[nodiscard]] cl_uint count() const { return static_cast<cl_uint>(views.size()); }
 };
 
@@ -97,6 +98,9 @@ void set_needed(Passes& p, const std::vector<cl_uint>& needed);
 void list_covered(Passes& p);
 /// Where the needed texels' samples are centred, and their guides, going by the light maps as they are.
 void find_centres(Passes& p);
+
+/// The guides anew, for light maps that have been drawn anew.
+void make_guides(Passes& p);
 /// Pass 2, light: one frame of samples.
 void accumulate_layers(Passes& p, std::uint32_t frame);
 /// Its work-items, and the first frame's samples of some of them, to see how long they take.

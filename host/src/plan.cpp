@@ -199,13 +199,13 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
   const std::uint64_t records = triangles * plan.slots * sizeof(kernels::RasterTriangle);
   const std::uint64_t maps = plan.lights.size() * 2 * map * 16;
   const std::uint64_t values = all_levels * 32, sums = plan.sums() > 1 ? texels * 32 * plan.sums() : 0;
-  const std::uint64_t guides = plan.guides ? plan.lights.size() * layers * guide_tiles(film) * GUIDE_SIZE * 4 : 0;
+  const std::uint64_t guides = plan.guides ? guide_bytes(plan.lights.size(), layers * guide_tiles(film), map) : 0;
   const std::uint64_t sight = plan.gather == Gather::layers && !scene.on_device ? sight_bytes(settings.layers) : 0;
   const std::uint64_t live = (settings.still ? 0 : texels * 4) + (scene.on_device ? positions * 12 : 0);
   const std::uint64_t bytes = live + positions * 16 + triangles * (12 + 36) + records + triangles * plan.slots * 4 +
-                              maps + plan.lights.size() * (map * 11 + PLACES_OF_LIGHT * 16) + map * 8 + guides +
-                              texels * 12 + all_levels * 20 + values + sums + texels * (32 + 16 * plan.lights.size()) +
-                              sight + (std::uint64_t{4} << 20);
+                              maps + plan.lights.size() * map * 11 + map * 8 + guides + texels * 12 + all_levels * 20 +
+                              values + sums + texels * (32 + 16 * plan.lights.size()) + sight +
+                              (std::uint64_t{4} << 20);
   const std::uint64_t largest =
       std::max({records, maps, values, sums, guides, texels * 32, texels * 16 * plan.lights.size(), sight});
   const auto too_large = [&] {
@@ -276,6 +276,11 @@ bool kept(const Settings& settings, const std::string& name) {
   return settings.keep.contains(name) || settings.keep.contains("all");
 }
 
+std::uint64_t guide_bytes(std::uint64_t lights, std::uint64_t tiles, std::uint64_t texels) {
+  return lights * (tiles * (16 + 8 * GUIDE_SIZE) + 8 * (1 + 2 * texels)) + 8 * GUIDE_CUBES +
+         32 * GUIDE_RANGES * (1 + PARTS_OF_RANGE);
+}
+
 std::uint32_t guide_tiles(glm::uvec2 film) {
   const glm::uvec2 tiles = (film + (GUIDE_TILE - 1)) / GUIDE_TILE;
   return tiles.x * tiles.y;
@@ -319,7 +324,7 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
     plan.left_out.push_back({"clipping", "the object lies inside every camera's near plane and guard band", "bytes",
                              static_cast<double>(n_triangles(scene) * 5 * sizeof(kernels::RasterTriangle)), false});
   plan_gather(plan, scene, settings);
-  plan.guides = settings.estimator == Estimator::automatic && settings.light_map_size >= 4 * GUIDE_SIDE;
+  plan.guides = settings.estimator == Estimator::automatic;
   plan.height_pyramids = settings.estimator == Estimator::automatic || kept(settings, "height-pyramids");
   if (!plan.height_pyramids)
     plan.left_out.push_back(

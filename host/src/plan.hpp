@@ -31,7 +31,7 @@ struct Plan {
   bool clipping = false;
   bool pyramids = true;
   bool height_pyramids = true;     ///< of the light maps
-  bool guides = true;              ///< of samples far from what is lit, in maps with a texel to each of their cells
+  bool guides = true;              ///< of samples that are far from what is lit
   std::uint32_t slots = 1;         ///< set-up records per triangle
   std::uint32_t lanes = 1;         ///< samples side by side in pass 2
   std::uint32_t window = 0;        ///< pixels along a side of what is gathered at once
@@ -75,6 +75,9 @@ inline constexpr std::uint64_t most_guides = std::uint64_t{1} << 28;
 inline constexpr std::uint32_t window_limit = 2048, smallest_window = 256;
 /// Pixels whose points are held at a time, while pass 2's function computes them directly.
 inline constexpr std::uint32_t direct_points = 262144;
+
+/// Bytes that guides take for tiles of all layers, and for maps of so many texels.
+[[nodiscard]] std::uint64_t guide_bytes(std::uint64_t lights, std::uint64_t tiles, std::uint64_t texels);
 
 /// Tiles of a layer that share a guide of samples.
 [[nodiscard]] std::uint32_t guide_tiles(glm::uvec2 film);

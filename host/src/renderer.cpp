@@ -196,6 +196,7 @@ void Renderer::frame() {
       s.epoch = epoch;
       ++s.redraws;
       draw_light_maps(s.passes, epoch, s.settings.light_map_shift);
+      make_guides(s.passes);
       s.settle();
     }
     Timer timer(s.statistics.seconds.layers);
