@@ -12,12 +12,13 @@
 #define NO_RANK 0xffffffffu   // of a texel that isn't lit
 #define GUIDED_FROM 3.0f      // points whose h is more than so many times h_min have guides
 #define END_OF_SLOTS GUIDE_SLOTS
-#define CODES_OF_PARTS (GUIDE_SLOTS + 1u)
+#define PARTS_PER_TEXEL (GUIDE_SLOTS + 1u)
+#define CODES_OF_PARTS (GUIDE_SLOTS + 2u)
 #define WHOLE_RANGE 0x80u  // beside a share, while a guide is made
 
 #if ESTIMATOR == 0
-// Which part of the list is where in the memory of a map: its length, the lit texels as (row << 16 | column), and the
-// place in the list of each texel.
+// The lists come first, map after map: a list's length, the lit texels as (row << 16 | column), and the place in the
+// list of each texel. Then come the guides, light after light, tile after tile, of both halves.
 #define LISTED 1u
 #define RANKED(texels) (1u + (texels))
 #define LIST_SIZE(texels) (1u + 2u * (texels))
@@ -268,15 +269,15 @@ static void add_parts(__global uint* guide, uint n, uint bits, float per_slot, u
   if (slots > f->slot) fill_slots(guide, n, bits, end, slots - f->slot, f);
 }
 
-// The guides of one map.
-__kernel void guide_tiles(const View view, const uint number, __global const uint* restrict lists,
-                          __global const float4* restrict places, __constant Medium* media, const uint n_tiles,
-                          __global const float4* restrict stands, __global uint* restrict guides) {
+// The guides of one map, of which that of tile 0 and half A begins at `first_guide`.
+__kernel void guide_tiles(const View view, const uint number, __global const float4* restrict places,
+                          __constant Medium* media, const uint n_tiles, __global const float4* restrict stands,
+                          const uint first_guide, __global uint* restrict guides) {
   const uint tile = (uint)get_global_id(0), texels = view.width * view.width;
   if (tile >= n_tiles) return;
-  const uint n = lists[number * LIST_SIZE(texels)], bits = unit_bits(texels);
+  const uint n = guides[number * LIST_SIZE(texels)], bits = unit_bits(texels);
   const float4 stand = stands[number / 2 * n_tiles + tile];
-  __global uint* guide = guides + (number * n_tiles + tile) * GUIDE_SIZE;
+  __global uint* guide = guides + first_guide + (2 * tile + number % 2) * GUIDE_SIZE;
   guide[END_OF_SLOTS] = 0;
   if (!(stand.w > 0.0f)) return;
   const float3 p = to_frame(view, stand.xyz - view.origin.xyz);
@@ -331,6 +332,7 @@ __kernel void guide_tiles(const View view, const uint number, __global const uin
     part = end;
   }
   guide[END_OF_SLOTS] = part_begins(filled.part, n) << bits;
+  guide[PARTS_PER_TEXEL] = as_uint((float)GUIDE_PARTS / (float)n);
   for (uint part = filled.part; part < GUIDE_PARTS; ++part) codes[part] = 0;
 }
 
@@ -340,9 +342,9 @@ __kernel void guide_tiles(const View view, const uint number, __global const uin
 // sample_y). The heuristic knows both densities about: the guide's by parts of the list, and that around the nearest
 // lit place, at distance h, as rho^-2 exp(-sigma_tr rho) 1.2 / (2 pi G(h)), since rho^-0.1 is near 1.2 wherever an
 // object is. What samples count still is exact.
-static void guide_samples(__global const uint* restrict guides, ureal guide, __global const uint* restrict lit,
-                          ureal map, real parts_per_texel, View view, real sample_x, real sample_y, float4 centre,
-                          float sigma_tr, ureal guided, real t, real v, real* x, real* y, real* weight) {
+static void guide_samples(__global const uint* guides, ureal guide, ureal map, real parts_per_texel, View view,
+                          real sample_x, real sample_y, float4 centre, float sigma_tr, ureal guided, real t, real v,
+                          real* x, real* y, real* weight) {
   CONTRACT
   const uint texels = view.width * view.width, bits = unit_bits(texels);
   const float unit = (float)(1u << bits), last = (float)view.width - 1.0f;
@@ -367,7 +369,7 @@ static void guide_samples(__global const uint* restrict guides, ureal guide, __g
   const real row = real_min(real_max(own_row, real_splat(0.0f)), real_splat(last));
   const ureal own_texel = RANKED(texels) + (convert_ureal(row) * view.width + convert_ureal(column));
   const ureal at = map + own_texel + guided * (LISTED + (place >> bits) - own_texel);
-#define READ_ELEMENT(k) lit[INDEX(at, k)]
+#define READ_ELEMENT(k) guides[INDEX(at, k)]
   const ureal found = (ureal)(OF_EACH(READ_ELEMENT));
 #undef READ_ELEMENT
   const real guided_x = real_from_bits(found & 0xffffu) + real_from_bits(place & ((1u << bits) - 1u)) / unit;
@@ -382,14 +384,12 @@ static void guide_samples(__global const uint* restrict guides, ureal guide, __g
 #define READ_ELEMENT(k) ((__global const uchar*)guides)[INDEX(at_code, k)]
   const ureal code = (ureal)(OF_EACH(READ_ELEMENT));
 #undef READ_ELEMENT
-  const float per_area = view.scale * view.scale;
-  const real density = as_real(code << DENSITY_BITS) * DENSITY_SCALE * (parts_per_texel * (per_area / GUIDE_PARTS));
+  const real density = as_real(code << DENSITY_BITS) * (parts_per_texel * (DENSITY_SCALE / GUIDE_PARTS));  // per texel
 
   const real d_x = *x - centre.x, d_y = *y - centre.y, rho2 = d_x * d_x + d_y * d_y + centre.z * centre.z;
   const real exponent = sigma_tr * (rho2 * real_rsqrt(rho2)) + (centre.w + 1.6556f);  // ln(2 pi / 1.2)
   const real radial = real_exp(-real_min(exponent, real_splat(80.0f)));
-  const real both = 2.0f / (radial + density * rho2);  // and rho2 of both
-  const real inverse = length * ((float)GUIDE_SLOTS / (unit * per_area));
-  *weight = both * real_select(of_guide, density * rho2 * inverse, *weight * radial);
+  const real both = 2.0f / (radial + density * (view.scale * view.scale) * rho2);  // and rho2 of both
+  *weight = both * real_select(of_guide, density * length * (GUIDE_SLOTS / unit) * rho2, *weight * radial);
 }
 #endif

@@ -32,9 +32,8 @@ typedef struct {
   Boundary boundary;
   Density density;
   __global const float2* rho;
-  __global const uint* lit;     // lists of lit texels, map after map
-  __global const uint* guides;  // map after map
-  uint n_tiles;                 // of each; 0 if points have none
+  __global const uint* guides;
+  uint first_guide;  // of the light; 0 if points have none
   uint seed;
 } Transport;
 
@@ -56,7 +55,8 @@ __attribute__((always_inline)) static float4 sampling_centre(float3 x, float3 n,
   const float2 corner = (float2)(light->sample_x[0] - 0.5f, light->sample_y[0] - 0.5f);
   const float3 t = (float3)(p.x * scale + light->view.centre_x - corner.x,
                             p.y * scale + light->view.centre_y - corner.y, p.z * scale);
-  const Lit nearest = nearest_lit(t, light, map, extent, level_first, levels);
+  Lit nearest;
+  nearest_lit(t, light, map, extent, level_first, levels, &nearest);
   const float2 centre = nearest.place + corner;
   // Light that runs along the surface at x has its real source near the surface: mu_0 / 3 mean free paths (FHK 25).
   float d_min = 0.0f, h_min = density.h_min;
@@ -162,13 +162,13 @@ static Fall sample_fall(Transport transport, uint l, float4 centre, uint point, 
                         uint half_index, uint first, uint last) {
   CONTRACT
   __constant Light* light = transport.lights + l;
-  const float scale = light->view.scale, width = (float)light->view.width, height = (float)light->view.height;
+  const float scale = light->view.scale, width = (float)light->view.width;
 #if ESTIMATOR == 0
   const uint sequence = block_of_point(point), of_class = class_of_point(point);
 #else  // the baselines: an R2 sequence for each point
   const uint sequence = point, of_class = 0;
 #endif
-  const uint scramble = hash_combine(sequence, transport.seed), texels = light->view.width * light->view.height;
+  const uint scramble = hash_combine(sequence, transport.seed), texels = light->view.width * light->view.width;
   const uint scramble_a = hash_combine(scramble, 2 * light->number);
   const uint scramble_b = hash_combine(scramble, 2 * light->number + 1);
   const real sample_x = OF_HALVES(float, half_index, light->sample_x[0], light->sample_x[1]);
@@ -199,25 +199,27 @@ static Fall sample_fall(Transport transport, uint l, float4 centre, uint point, 
   f.y = centre.y + r * sine;
 #if ESTIMATOR == 0
   if (guide != NO_GUIDE) {
-    const uint guide_b = guide + transport.n_tiles * GUIDE_SIZE;
+    const uint guide_b = guide + GUIDE_SIZE;
     const uint list_a = 2 * l * LIST_SIZE(texels), list_b = list_a + LIST_SIZE(texels);
-    const float parts_a = GUIDE_PARTS / (float)transport.lit[list_a],
-                parts_b = GUIDE_PARTS / (float)transport.lit[list_b];
-    guide_samples(transport.guides, OF_HALVES(uint, half_index, guide, guide_b), transport.lit,
+    const float parts_a = as_float(transport.guides[guide + PARTS_PER_TEXEL]);
+    const float parts_b = as_float(transport.guides[guide_b + PARTS_PER_TEXEL]);
+    guide_samples(transport.guides, OF_HALVES(uint, half_index, guide, guide_b),
                   OF_HALVES(uint, half_index, list_a, list_b), OF_HALVES(float, half_index, parts_a, parts_b),
                   light->view, sample_x, sample_y, centre, transport.density.sigma, guided, t, v, &f.x, &f.y, &weight);
   }
 #endif
   const real film_x = f.x * scale + light->view.centre_x, film_y = f.y * scale + light->view.centre_y;
   const real column = floor(film_x - sample_x + 0.5f), row = floor(film_y - sample_y + 0.5f);
-  mask on_film = (column >= 0.0f) & (column < width) & (row >= 0.0f) & (row < height) & (weight > 0.0f);
+  mask on_film = (column >= 0.0f) & (column < width) & (row >= 0.0f) & (row < width) & (weight > 0.0f);
 #if VW > 1
   on_film &= index < (ureal)(last);
 #endif
   f.off_x = (film_x - column - sample_x) / scale;
   f.off_y = (film_y - row - sample_y) / scale;
   f.weight = real_select(on_film, weight, real_splat(0.0f));
-  f.texel = light->map + half_map + convert_ureal(real_select(on_film, row * width + column, real_splat(0.0f)));
+  const ureal line = convert_ureal(real_select(on_film, row, real_splat(0.0f)));
+  f.texel =
+      light->map + half_map + line * light->view.width + convert_ureal(real_select(on_film, column, real_splat(0.0f)));
   return f;
 }
 
@@ -244,10 +246,10 @@ static void sample_entry(Transport transport, const Fall* f, Entry* e) {
 
 // Where the guide of a layer texel, (n, tile), begins for half A of one light; NO_GUIDE if it has none, or is too near
 // to what is lit to need one.
-static uint guide_of(Transport transport, uint l, float4 centre, float4 normal) {
+static uint guide_of(Transport transport, float4 centre, float4 normal) {
 #if ESTIMATOR == 0
-  if (transport.n_tiles == 0 || !(centre.z > guided_from(transport.density.h_min))) return NO_GUIDE;
-  const uint guide = (2 * l * transport.n_tiles + (as_uint(normal.w) & ~POINT_BITS)) * GUIDE_SIZE;
+  if (transport.first_guide == 0 || !(centre.z > guided_from(transport.density.h_min))) return NO_GUIDE;
+  const uint guide = transport.first_guide + 2 * (as_uint(normal.w) & ~POINT_BITS) * GUIDE_SIZE;
   return transport.guides[guide + END_OF_SLOTS] > 0 ? guide : NO_GUIDE;
 #else
   return NO_GUIDE;
@@ -277,7 +279,7 @@ __attribute__((always_inline)) static void scattered_radiance(Transport transpor
     const ureal whole = (ureal)(0u), halved = whole;
 #endif
     for (uint k = 0; k < n_points; ++k) {
-      const uint guide = guide_of(transport, l, centres[k], points[2 * k + 1]);
+      const uint guide = guide_of(transport, centres[k], points[2 * k + 1]);
       fall[k] = sample_fall(transport, l, centres[k], as_uint(points[2 * k].w) & ~POINT_BITS, guide,
                             guide != NO_GUIDE ? halved : whole, half_index, j, last);
     }
@@ -297,7 +299,7 @@ __attribute__((always_inline)) static void scattered_radiance(Transport transpor
 
 static Transport make_transport(__constant Light* lights, __global const float4* map, __constant Medium* media,
                                 Boundary boundary, Density density, __global const float2* rho,
-                                __global const uint* lit, __global const uint* guides, uint n_tiles, uint seed) {
+                                __global const uint* guides, uint first_guide, uint seed) {
   Transport t;
   t.lights = lights;
   t.map = map;
@@ -305,9 +307,8 @@ static Transport make_transport(__constant Light* lights, __global const float4*
   t.boundary = boundary;
   t.density = density;
   t.rho = rho;
-  t.lit = lit;
   t.guides = guides;
-  t.n_tiles = n_tiles;
+  t.first_guide = first_guide;
   t.seed = seed;
   return t;
 }
@@ -382,17 +383,16 @@ __kernel void layers_accumulate(__global const uint* restrict n_needed, __global
                                 __global const float4* restrict centres, const uint l, __constant Light* lights,
                                 __global const float4* restrict map, __constant Medium* media, const Boundary boundary,
                                 const Density density, __global const float2* restrict rho,
-                                __global const uint* restrict lit, __global const uint* restrict guides,
-                                const uint n_tiles, const uint seed, const uint round, const uint rounds,
-                                const uint add, const float4 colour, const uint first_value,
-                                __global float4* restrict values) {
+                                __global const uint* restrict guides, const uint first_guide, const uint seed,
+                                const uint round, const uint rounds, const uint add, const float4 colour,
+                                const uint first_value, __global float4* restrict values) {
   const uint item = (uint)get_global_id(0), n_points = n_needed[0];
   const uint items = (n_points + POINTS_OF_ITEM - 1) / POINTS_OF_ITEM;
   if (item >= 2 / HALVES_OF_ITEM * items) return;
   const uint half_index = item >= items;  // one half's maps stay in the caches
   const uint first = (item - half_index * items) * POINTS_OF_ITEM;
   const uint n = POINTS_OF_ITEM == 1 ? 1 : min(n_points - first, POINTS_OF_ITEM);  // 1 known to the compiler
-  const Transport transport = make_transport(lights, map, media, boundary, density, rho, lit, guides, n_tiles, seed);
+  const Transport transport = make_transport(lights, map, media, boundary, density, rho, guides, first_guide, seed);
   real sum[POINTS_OF_ITEM][MEDIA + 1];
   scattered_radiance(transport, l, centres + l * n_points + first, points + 2 * first, n, half_index, round, rounds,
                      sum);

@@ -147,34 +147,34 @@ static void nearer_piece(float3 t, __constant Light* light, __global const float
 
 // The lit surface that is nearest to t, all in units of texels, with texel i's piece over [i, i + 1]. Depth-first
 // through the height pyramid, nearest child first, and without a stack, which a GPU would keep in memory: on the way
-// up, the order of the children is found again. What is lit right above or below t tells in which node to look.
-static Lit nearest_lit(float3 t, __constant Light* light, __global const float4* map, __global const float2* extent,
-                       __constant uint* level_first, uint levels) {
+// up, the order of the children is found again. What is lit right above or below t tells in which node to look. Through
+// a pointer: of a returned struct clang makes what Oclgrind 21.10 can't run.
+static void nearest_lit(float3 t, __constant Light* light, __global const float4* map, __global const float2* extent,
+                        __constant uint* level_first, uint levels, Lit* nearest) {
   const float last = (float)light->view.width - 1.0f;
-  Lit nearest;
-  nearest.distance_sq = FLT_MAX;
-  nearest.place = t.xy;
-  nearest.texel = 0;
+  nearest->distance_sq = FLT_MAX;
+  nearest->place = t.xy;
+  nearest->texel = 0;
   uint top = levels - 1, x = 0, y = 0;
   if (t.x >= 0.0f && t.y >= 0.0f && t.x < last + 1.0f && t.y < last + 1.0f) {
-    nearer_piece(t, light, map, convert_uint(t.x), convert_uint(t.y), &nearest);
-    const float reach = fmin(sqrt(nearest.distance_sq * CLOSE_ENOUGH), 2.0f * last);
+    nearer_piece(t, light, map, convert_uint(t.x), convert_uint(t.y), nearest);
+    const float reach = fmin(sqrt(nearest->distance_sq * CLOSE_ENOUGH), 2.0f * last);
     const uint2 low = convert_uint2(clamp(t.xy - reach, 0.0f, last)),
                 high = convert_uint2(clamp(t.xy + reach, 0.0f, last));
     const uint differ = (low.x ^ high.x) | (low.y ^ high.y);
     top = min(32 - clz(differ), top);
     x = low.x >> top;
     y = low.y >> top;
-    if (top == 0) return nearest;
+    if (top == 0) return;
   }
   for (uint level = top;;) {
     float2 next = (float2)(FLT_MAX, 0.0f);
     if (level > 0)
       next = next_child(child_distances(t, light, extent, level_first, level, x, y), -1.0f, 0);
     else
-      nearer_piece(t, light, map, x, y, &nearest);
-    while (next.x >= nearest.distance_sq * CLOSE_ENOUGH) {
-      if (level == top) return nearest;
+      nearer_piece(t, light, map, x, y, nearest);
+    while (next.x >= nearest->distance_sq * CLOSE_ENOUGH) {
+      if (level == top) return;
       const int own = (int)((x & 1u) | (y & 1u) << 1);
       ++level;
       x >>= 1;

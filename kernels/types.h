@@ -116,7 +116,7 @@ typedef struct {
 #define GUIDE_RANGES 256u
 #define PARTS_OF_RANGE 32u
 #define GUIDE_PARTS (GUIDE_RANGES * PARTS_OF_RANGE)
-#define GUIDE_SIZE (GUIDE_SLOTS + 1u + GUIDE_PARTS / 4u)
+#define GUIDE_SIZE (GUIDE_SLOTS + 2u + GUIDE_PARTS / 4u)
 
 // The self-test's work-items, and the smallest of the numbers that they offer to an atomic minimum.
 #define SELF_TEST_ITEMS 64

@@ -39,8 +39,10 @@ struct LitBench : Bench {
     at = compute.read<float4>(passes.layers.points, 2 * n);
     centres = compute.read<float4>(passes.layers.centres, n * m.lights.size());
     if (passes.layers.n_tiles == 0) return;
-    guides = compute.read<cl_uint>(passes.layers.guides, 2 * passes.layers.n_tiles * m.lights.size() * GUIDE_SIZE);
-    lit = compute.read<cl_uint>(passes.layers.lit, 2 * m.lights.size() * (1 + 2 * std::size_t{map_size} * map_size));
+    const std::size_t lists = 2 * m.lights.size() * (1 + 2 * std::size_t{map_size} * map_size);
+    lit = compute.read<cl_uint>(passes.layers.guides, lists);
+    guides =
+        compute.read<cl_uint>(passes.layers.guides, 2 * m.lights.size() * passes.layers.n_tiles * GUIDE_SIZE, lists);
     stands = compute.read<float4>(passes.layers.stands, passes.layers.n_tiles * m.lights.size());
   }
   std::vector<float4> frames(std::uint32_t count) {
@@ -104,9 +106,9 @@ class Guide {
     const cl_uint* list = &b.lit[map * (1 + 2 * std::size_t{width_} * width_)];
     list_ = {list + 1, list[0]};
     ranks_ = {list + 1 + std::size_t{width_} * width_, std::size_t{width_} * width_};
-    const cl_uint* guide = &b.guides[(map * b.passes.layers.n_tiles + tile) * GUIDE_SIZE];
+    const cl_uint* guide = &b.guides[(2 * (l * b.passes.layers.n_tiles + tile) + half) * GUIDE_SIZE];
     if (guide[GUIDE_SLOTS] != 0) begins_ = {guide, GUIDE_SLOTS + 1};
-    codes_ = {reinterpret_cast<const std::uint8_t*>(guide + GUIDE_SLOTS + 1), GUIDE_PARTS};
+    codes_ = {reinterpret_cast<const std::uint8_t*>(guide + GUIDE_SLOTS + 2), GUIDE_PARTS};
   }
   explicit operator bool() const { return !begins_.empty(); }
   [[nodiscard]] std::span<const cl_uint> list() const { return list_; }

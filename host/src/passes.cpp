@@ -208,8 +208,7 @@ void allocate_points(Passes& p, std::size_t count) {
   const std::size_t maps = k.n_tiles > 0 ? 2 * lights : 0, map = std::size_t{p.light_maps.size} * p.light_maps.size;
   const auto buffer = [&](std::size_t n) { return p.compute.buffer<cl_uint>(std::max<std::size_t>(n, 1)); };
   k.stands = buffer(lights * k.n_tiles * 4);
-  k.guides = buffer(maps * k.n_tiles * GUIDE_SIZE);
-  k.lit = buffer(maps * (1 + 2 * map));
+  k.guides = buffer(maps * (1 + 2 * map + k.n_tiles * std::size_t{GUIDE_SIZE}));
   k.counts = buffer(maps > 0 ? GUIDE_CUBES : 0);
   k.cubes = buffer(maps > 0 ? GUIDE_CUBES : 0);
   k.places = buffer(maps > 0 ? 8 * GUIDE_RANGES * (1 + PARTS_OF_RANGE) : 0);
@@ -237,6 +236,12 @@ void list_covered(Passes& p) {
   p.compute.launch("layers_list", k.level_first[1], Stage::layers, k.level_first[1], k.slots, k.n_needed, k.needed);
 }
 
+/// Where the guides of a light begin, after all maps' lists.
+static cl_uint first_guide(const Passes& p, cl_uint l) {
+  const cl_uint texels = p.light_maps.size * p.light_maps.size;
+  return 2 * n_lights(p) * (1 + 2 * texels) + 2 * l * p.layers.n_tiles * GUIDE_SIZE;
+}
+
 void find_centres(Passes& p) {
   const Layers& k = p.layers;
   const Geometry& g = p.geometry;
@@ -261,14 +266,14 @@ void make_guides(Passes& p) {
       const kernels::View& view = m.lights[l].view;
       const cl_uint map = m.lights[l].map + half * texels, number = 2 * l + half;
       p.compute.launch("guide_list", GUIDE_SIDE * GUIDE_SIDE, Stage::layers, view, m.map, map, number, 0U, k.counts,
-                       k.lit);
-      p.compute.launch("guide_starts", GUIDE_ITEMS, Stage::layers, k.counts, number, texels, k.cubes, k.lit);
+                       k.guides);
+      p.compute.launch("guide_starts", GUIDE_ITEMS, Stage::layers, k.counts, number, texels, k.cubes, k.guides);
       p.compute.launch("guide_list", GUIDE_SIDE * GUIDE_SIDE, Stage::layers, view, m.map, map, number, 1U, k.cubes,
-                       k.lit);
-      p.compute.launch("guide_places", GUIDE_RANGES, Stage::layers, view, m.map, map, number, p.plan.boundary, k.lit,
+                       k.guides);
+      p.compute.launch("guide_places", GUIDE_RANGES, Stage::layers, view, m.map, map, number, p.plan.boundary, k.guides,
                        k.places);
-      p.compute.launch("guide_tiles", k.n_tiles, Stage::layers, view, number, k.lit, k.places, p.media, k.n_tiles,
-                       k.stands, k.guides);
+      p.compute.launch("guide_tiles", k.n_tiles, Stage::layers, view, number, k.places, p.media, k.n_tiles, k.stands,
+                       first_guide(p, l), k.guides);
     }
 }
 
@@ -284,8 +289,8 @@ void launch_accumulate(Passes& p, const cl::Buffer& n, std::size_t items, const 
                        cl_uint add, const kernels::float4& colour, cl_uint first_value, const cl::Buffer& values,
                        Stage stage) {
   p.compute.launch("layers_accumulate", items, stage, n, points, centres, l, p.light_maps.lights_buffer,
-                   p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.layers.lit,
-                   p.layers.guides, n_tiles, p.seed, round, rounds, add, colour, first_value, values);
+                   p.light_maps.map, p.media, p.plan.boundary, p.plan.density.parameters, p.rho, p.layers.guides,
+                   n_tiles > 0 ? first_guide(p, l) : 0U, p.seed, round, rounds, add, colour, first_value, values);
 }
 
 /// The round number `frame` of the layers' texels, of each light, to its own sums or to those of all.

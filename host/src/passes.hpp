@@ -36,11 +36,11 @@ struct Layers {
   cl_uint levels = 1;
   // Once the needed texels are known: how many and which, and what belongs to each.
   cl::Buffer n_needed, needed, points, centres, values;
-  cl::Buffer stands, guides;              ///< of samples: where tiles lie, and where on each map their light comes from
-  cl::Buffer cubes, counts, lit, places;  ///< lists of what is lit of each map; the rest while one is made
-  cl_uint n_tiles = 0;                    ///< that have guides, of each light
-  cl::Buffer sums, colours;               ///< if each light has its own: values are made of them
-  cl_uint n_points = 0;                   ///< how many the buffers hold; the device goes by n_needed
+  cl::Buffer stands, guides;         ///< of samples: where tiles lie, and where on each map their light comes from
+  cl::Buffer cubes, counts, places;  ///< of one map, while its guides are made
+  cl_uint n_tiles = 0;               ///< that have guides, of each light
+  cl::Buffer sums, colours;          ///< if each light has its own: values are made of them
+  cl_uint n_points = 0;              ///< how many the buffers hold; the device goes by n_needed
   [[nodiscard]] cl_uint count() const { return static_cast<cl_uint>(views.size()); }
 };
 
