@@ -29,21 +29,14 @@ static uint unit_bits(uint texels) { return clz(texels - 1) - 1; }
 // The number of a cube along a Hilbert curve (Skilling 2004: Programming the Hilbert curve).
 static uint cube_number(uint x, uint y, uint z) {
   for (uint bit = GUIDE_SIDE / 2; bit > 1; bit /= 2) {
-    const uint below = bit - 1, y_swaps = (x ^ y) & below;
+    const uint below = bit - 1;
     if (x & bit) x ^= below;
-    if (y & bit) {
-      x ^= below;
-    } else {
-      x ^= y_swaps;
-      y ^= y_swaps;
-    }
+    const uint y_swaps = (x ^ y) & below;
+    x ^= y & bit ? below : y_swaps;
+    y ^= y & bit ? 0 : y_swaps;
     const uint z_swaps = (x ^ z) & below;
-    if (z & bit) {
-      x ^= below;
-    } else {
-      x ^= z_swaps;
-      z ^= z_swaps;
-    }
+    x ^= z & bit ? below : z_swaps;
+    z ^= z & bit ? 0 : z_swaps;
   }
   y ^= x;
   z ^= y;
