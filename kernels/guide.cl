@@ -3,11 +3,13 @@
 // A map's lit texels are listed along a Hilbert curve through GUIDE_SIDE^3 cubes of space, so that ranges of the list
 // are compact in space, however deep the surface is as the light sees it. A guide gives ranges of the list, or where
 // one gives much light its PARTS_OF_RANGE parts, slots in proportion to what they give: each is of one part, or of
-// whole ones, and a sample lies anywhere in one of them. In memory: where each slot begins, and the last one ends, in
-// units of which a texel of the list has 2^unit_bits; and each part's density, as bytes. Where there is no guide the
-// end is 0.
+// whole ones, and a sample lies anywhere in one of them. In memory: where each slot begins and the last one ends, in
+// units of which a texel of the list has 2^unit_bits; how many parts a texel is; and each part's density, as bytes.
+// Where there is no guide the end is 0.
 #define LEAST_SHARE 0x1p-24f  // of the light of a channel that counts
-#define PARTED_SHARE 0x1p-8f  // ranges that give more are parted, and wide ones sooner
+#define PARTED_SHARE 0x1p-8f  // ranges that may give more are parted
+#define MEAN_RADII 0.5f       // by so many of its radii a place lies nearer than its middle
+#define MOST_RADII 3.0f       // at most: where the curve jumps, few texels may lie far from the others
 #define NO_SLOT 0xffffffffu   // of a texel without values
 #define NO_RANK 0xffffffffu   // of a texel that isn't lit
 #define GUIDED_FROM 3.0f      // points whose h is more than so many times h_min have guides
@@ -26,32 +28,6 @@
 // The places of a list fit in 31 bits with these below them.
 static uint unit_bits(uint texels) { return clz(texels - 1) - 1; }
 
-// The number of a cube along a Hilbert curve (Skilling 2004: Programming the Hilbert curve).
-static uint cube_number(uint x, uint y, uint z) {
-  for (uint bit = GUIDE_SIDE / 2; bit > 1; bit /= 2) {
-    const uint below = bit - 1;
-    if (x & bit) x ^= below;
-    const uint y_swaps = (x ^ y) & below;
-    x ^= y & bit ? below : y_swaps;
-    y ^= y & bit ? 0 : y_swaps;
-    const uint z_swaps = (x ^ z) & below;
-    x ^= z & bit ? below : z_swaps;
-    z ^= z & bit ? 0 : z_swaps;
-  }
-  y ^= x;
-  z ^= y;
-  uint turned = 0;
-  for (uint bit = GUIDE_SIDE / 2; bit > 1; bit /= 2)
-    if (z & bit) turned ^= bit - 1;
-  x ^= turned;
-  y ^= turned;
-  z ^= turned;
-  uint number = 0;
-  for (uint bit = GUIDE_SIDE / 2; bit > 0; bit /= 2)
-    number = number << 3 | (x & bit ? 4u : 0u) | (y & bit ? 2u : 0u) | (z & bit ? 1u : 0u);
-  return number;
-}
-
 // Counts the lit texels of each cube of a map, or, once `cubes` says where each begins in the list, lists them: a
 // work-item for each column of cubes, square by square, so that what comes one after the other lies close by.
 __kernel void guide_list(const View view, __global const float4* restrict map, const uint first, const uint number,
@@ -63,7 +39,7 @@ __kernel void guide_list(const View view, __global const float4* restrict map, c
   const uint cube_x = column % GUIDE_SIDE, cube_y = column / GUIDE_SIDE;
   if (!listing)
     for (uint z = 0; z < GUIDE_SIDE; ++z) cubes[cube_number(cube_x, cube_y, z)] = 0;
-  uint last_z = GUIDE_SIDE, cube = 0;
+  uint last_z = GUIDE_SIDE, cube = 0, next = 0;
   for (uint square = 0; square < squares * squares; ++square) {
     const uint row_of_squares = square / squares, along = square % squares;
     const uint x0 = 4 * (row_of_squares & 1u ? squares - 1 - along : along), y0 = 4 * row_of_squares;
@@ -74,14 +50,19 @@ __kernel void guide_list(const View view, __global const float4* restrict map, c
       uint rank = NO_RANK;
       if (height > UNLIT) {
         const uint z = convert_uint(clamp((height + 1.0f) * (0.5f * GUIDE_SIDE), 0.0f, GUIDE_SIDE - 1.0f));
-        if (z != last_z) cube = cube_number(cube_x, cube_y, z);
-        last_z = z;
-        rank = cubes[cube]++;
+        if (z != last_z) {
+          if (last_z < GUIDE_SIDE) cubes[cube] = next;
+          cube = cube_number(cube_x, cube_y, z);
+          next = cubes[cube];
+          last_z = z;
+        }
+        rank = next++;
         if (listing) lit[LISTED + rank] = v << 16 | u;
       }
       if (listing) lit[RANKED(texels) + v * width + u] = rank;
     }
   }
+  if (last_z < GUIDE_SIDE) cubes[cube] = next;
 }
 
 // From how many texels each cube has to where it begins in the list; and the list's length.
@@ -144,34 +125,32 @@ __kernel void guide_places(const View view, __global const float4* restrict map,
   place_of(sum, squares, places + 2 * range);
 }
 
-// Of VW places, how far their light comes to p in the light's frame, about; how much it is, and their radius.
-static real distance_of_places(__global const float4* restrict places, float3 p, real* light, real* radius) {
-  CONTRACT
+// Of VW places, how far their light comes to p in the light's frame: from their middle, less so many radii; and how
+// much it is.
+static real distance_of_places(__global const float4* restrict places, float3 p, float radii, real* light) {
   const ureal number = 2 * ((ureal)(0u) + SIDE_BY_SIDE);
 #define READ_ELEMENT(k) places[INDEX(number, k)]
   READ_FOURS(places, number, x, y, z, w)
 #undef READ_ELEMENT
 #define RADIUS(k) places[INDEX(number, k) + 1].x
-  *radius = (real)(OF_EACH(RADIUS));
+  const real radius = (real)(OF_EACH(RADIUS));
 #undef RADIUS
   *light = w;
   const real3 away = real3_make(x - p.x, y - p.y, z - p.z);
   const real d2 = real3_dot(away, away) + 1e-12f;
-  return real_max(real_sqrt(d2) - 0.5f * *radius, 0.5f * real_sqrt(d2 + *radius * *radius));
+  return real_max(real_sqrt(d2) - radii * radius, (0.25f / radii) * real_sqrt(d2 + radius * radius));
 }
 
 // About what each of VW places gives of all the light at p, summed over channels: `per_light` is 1 over all in each
 // channel, or 0. With `sum`, what they give is added to that instead. Both are less by a common factor: `closest` is
-// the distance of the nearest. `wide` is how large a place is beside its distance.
-static real share_of_places(__global const float4* restrict places, float3 p, float closest, __constant Medium* media,
-                            const float* per_light, real* sum, real* wide) {
-  CONTRACT
-  real light, radius, share = real_splat(0.0f);
-  const real d = distance_of_places(places, p, &light, &radius);
-  *wide = radius / d;
+// the distance of the nearest.
+static real share_of_places(__global const float4* restrict places, float3 p, float radii, float closest,
+                            __constant Medium* media, const float* per_light, real* sum) {
+  real light, share = real_splat(0.0f);
+  const real d = distance_of_places(places, p, radii, &light), beyond = real_max(d - closest, real_splat(0.0f));
   UNROLL for (uint m = 0; m < MEDIA; ++m) {
     const float sigma_tr = media[m].sigma_tr * media[m].sigma_t_prime;
-    const real given = light * attenuation(sigma_tr * real_max(d - closest, real_splat(0.0f))) / (d * d);
+    const real given = light * attenuation(sigma_tr * beyond) / (d * d);
     if (sum)
       sum[m] += given;
     else
@@ -274,17 +253,18 @@ __kernel void guide_tiles(const View view, const uint number, __global const flo
   guide[END_OF_SLOTS] = 0;
   if (!(stand.w > 0.0f)) return;
   const float3 p = to_frame(view, stand.xyz - view.origin.xyz);
-  real nearest = real_splat(FLT_MAX), light, radius;
+  real nearest = real_splat(FLT_MAX), light;
   for (uint r = 0; r < GUIDE_RANGES; r += VW) {
-    const real d = distance_of_places(places + 2 * r, p, &light, &radius);
+    const real d = distance_of_places(places + 2 * r, p, MEAN_RADII, &light);
     nearest = real_select(light > 0.0f, real_min(nearest, d), nearest);
   }
   float closest = FLT_MAX;
   for (uint k = 0; k < VW; ++k) closest = fmin(closest, ELEMENT(nearest, k));
-  real sum[MEDIA], wide;
+  real sum[MEDIA];
   float per_light[MEDIA];
   UNROLL for (uint m = 0; m < MEDIA; ++m) sum[m] = real_splat(0.0f);
-  for (uint r = 0; r < GUIDE_RANGES; r += VW) share_of_places(places + 2 * r, p, closest, media, per_light, sum, &wide);
+  for (uint r = 0; r < GUIDE_RANGES; r += VW)
+    share_of_places(places + 2 * r, p, MEAN_RADII, closest, media, per_light, sum);
   UNROLL for (uint m = 0; m < MEDIA; ++m) {
     const float all = sum_of_lanes(sum[m]);
     // Channels that don't scatter, or repeat another, say nothing: guides are the same if they are left out.
@@ -296,18 +276,18 @@ __kernel void guide_tiles(const View view, const uint number, __global const flo
   __global uchar* codes = (__global uchar*)(guide + CODES_OF_PARTS);
   float all = 0.0f;
   for (uint r = 0; r < GUIDE_RANGES; r += VW) {
-    const real share = share_of_places(places + 2 * r, p, closest, media, per_light, 0, &wide);
-    const mask of_ranges = share_codes(share), worth = share_codes(share * (1.0f + 4.0f * wide));
+    const mask of_ranges = share_codes(share_of_places(places + 2 * r, p, MEAN_RADII, closest, media, per_light, 0));
+    const mask at_most = share_codes(share_of_places(places + 2 * r, p, MOST_RADII, closest, media, per_light, 0));
     for (uint k = 0; k < VW; ++k) {
       const uint first = (r + k) * PARTS_OF_RANGE;
-      if (share_of_code(INDEX(worth, k)) <= PARTED_SHARE) {
+      if (share_of_code(INDEX(at_most, k)) <= PARTED_SHARE) {
         codes[first] = (uchar)(INDEX(of_ranges, k) | WHOLE_RANGE);
         all += share_of_code(INDEX(of_ranges, k));
         continue;
       }
       for (uint part = first; part < first + PARTS_OF_RANGE; part += VW) {
-        const mask of_parts =
-            share_codes(share_of_places(places + 2 * (GUIDE_RANGES + part), p, closest, media, per_light, 0, &wide));
+        const mask of_parts = share_codes(
+            share_of_places(places + 2 * (GUIDE_RANGES + part), p, MEAN_RADII, closest, media, per_light, 0));
         for (uint i = 0; i < VW; ++i) {
           codes[part + i] = (uchar)INDEX(of_parts, i);
           all += share_of_code(INDEX(of_parts, i));
@@ -352,7 +332,7 @@ static void guide_samples(__global const uint* guides, ureal guide, ureal map, r
 #define READ_ELEMENT(k) guides[INDEX(at_slot, k) + 1]
   const ureal end = (ureal)(OF_EACH(READ_ELEMENT));
 #undef READ_ELEMENT
-  const real length = real_max(real_from_bits(end - begin), real_splat(1.0f));
+  const real length = real_from_bits(end - begin);
   const ureal place = begin + convert_ureal((position - slot) * length);
 
   // One look tells which texels the guide's samples are in, and where in the list those of the others are.
@@ -365,7 +345,7 @@ static void guide_samples(__global const uint* guides, ureal guide, ureal map, r
 #define READ_ELEMENT(k) guides[INDEX(at, k)]
   const ureal found = (ureal)(OF_EACH(READ_ELEMENT));
 #undef READ_ELEMENT
-  const real guided_x = real_from_bits(found & 0xffffu) + real_from_bits(place & ((1u << bits) - 1u)) / unit;
+  const real guided_x = real_from_bits(found & 0xffffu) + (real_from_bits(place & ((1u << bits) - 1u)) + 0.5f) / unit;
   const real guided_y = real_from_bits(found >> 16) + v;
   *x = real_select(of_guide, (guided_x + sample_x - 0.5f - view.centre_x) / view.scale, *x);
   *y = real_select(of_guide, (guided_y + sample_y - 0.5f - view.centre_y) / view.scale, *y);

@@ -250,7 +250,9 @@ static uint guide_of(Transport transport, float4 centre, float4 normal) {
 #if ESTIMATOR == 0
   if (transport.first_guide == 0 || !(centre.z > guided_from(transport.density.h_min))) return NO_GUIDE;
   const uint guide = transport.first_guide + 2 * (as_uint(normal.w) & ~POINT_BITS) * GUIDE_SIZE;
-  return transport.guides[guide + END_OF_SLOTS] > 0 ? guide : NO_GUIDE;
+  const uint end_a = transport.guides[guide + END_OF_SLOTS];
+  const uint end_b = transport.guides[guide + GUIDE_SIZE + END_OF_SLOTS];
+  return end_a > 0 && end_b > 0 ? guide : NO_GUIDE;
 #else
   return NO_GUIDE;
 #endif

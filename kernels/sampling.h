@@ -1,4 +1,4 @@
-// Where samples lie: endless low-discrepancy sequences, and which of them a point has.
+// Where samples lie: endless low-discrepancy sequences, which of them a point has, and a curve through space.
 #ifndef PARIAN_SAMPLING_H
 #define PARIAN_SAMPLING_H
 #include "types.h"
@@ -35,6 +35,32 @@ SHARED uint class_of_point(uint number) { return (number & 0x7fffffffu) % (BLOCK
 
 // How much smaller than usual h_min may be where light runs along the surface.
 #define LEAST_H_MIN 0.1f
+
+// The number of a cube along a Hilbert curve (Skilling 2004: Programming the Hilbert curve).
+SHARED uint cube_number(uint x, uint y, uint z) {
+  for (uint bit = GUIDE_SIDE / 2; bit > 1; bit /= 2) {
+    const uint below = bit - 1;
+    if (x & bit) x ^= below;
+    const uint y_swaps = (x ^ y) & below;
+    x ^= y & bit ? below : y_swaps;
+    y ^= y & bit ? 0 : y_swaps;
+    const uint z_swaps = (x ^ z) & below;
+    x ^= z & bit ? below : z_swaps;
+    z ^= z & bit ? 0 : z_swaps;
+  }
+  y ^= x;
+  z ^= y;
+  uint turned = 0;
+  for (uint bit = GUIDE_SIDE / 2; bit > 1; bit /= 2)
+    if (z & bit) turned ^= bit - 1;
+  x ^= turned;
+  y ^= turned;
+  z ^= turned;
+  uint number = 0;
+  for (uint bit = GUIDE_SIDE / 2; bit > 0; bit /= 2)
+    number = number << 3 | (x & bit ? 4u : 0u) | (y & bit ? 2u : 0u) | (z & bit ? 1u : 0u);
+  return number;
+}
 
 // Bijective mixing of 32 bits (two rounds of multiply and xor-shift).
 SHARED uint hash(uint x) {

@@ -105,9 +105,9 @@ typedef struct {
 // Subpixel positions that are drawn and gathered side by side, at most.
 #define POSITIONS_SIDE_BY_SIDE 8u
 
-// Guides of samples (guide.cl): texels along a side of a tile that shares one, and slots of a guide; cubes along a side
-// of the curve through what is lit, and work-items that add up what these hold; ranges of a list, and parts of a range;
-// the numbers that a guide takes.
+// Guides of samples (guide.cl): texels along a side of a tile that shares one, and slots of a guide; cubes
+// along a side of the curve through what is lit, and work-items that add up what these hold; ranges of a list, and
+// parts of a range; the numbers that a guide takes.
 #define GUIDE_TILE 16u
 #define GUIDE_SLOTS 1024u
 #define GUIDE_SIDE 32u

@@ -69,7 +69,7 @@ inline constexpr std::uint64_t scratch_slack = 1 << 20;
 inline constexpr std::size_t most_sums = 8;
 
 /// Bytes that guides of samples may take, of all lights: many lights have few samples each, and do without.
-inline constexpr std::uint64_t most_guides = std::uint64_t{1} << 28;
+inline constexpr std::uint64_t most_guides = std::uint64_t{1} << 29;
 
 /// Film windows that are gathered at once, in pixels per side: the largest, and the smallest where memory is short.
 inline constexpr std::uint32_t window_limit = 2048, smallest_window = 256;

@@ -191,15 +191,16 @@ void Renderer::frame() {
     std::uint32_t most = 0;
     for (const auto& light : s.plan.lights) most = std::max(most, light.samples);
     const std::uint32_t epoch = s.settings.light_map_shift ? s.frame * most / redraw_samples : 0;
-    if (epoch != s.epoch || (s.frame > 0 && kept(s.settings, "light-map-redraws"))) {
+    const bool redrawn = epoch != s.epoch || (s.frame > 0 && kept(s.settings, "light-map-redraws"));
+    if (redrawn) {
       Timer timer(s.statistics.seconds.light_map);
       s.epoch = epoch;
       ++s.redraws;
       draw_light_maps(s.passes, epoch, s.settings.light_map_shift);
-      make_guides(s.passes);
       s.settle();
     }
     Timer timer(s.statistics.seconds.layers);
+    if (redrawn) make_guides(s.passes);
     accumulate_layers(s.passes, s.frame);
     s.settle();
     ++s.frame;
