@@ -1,8 +1,8 @@
 // Pass 4: the camera's view looks each of its points up in all layers that see it, as in shadow mapping.
 
 #define MIN_WEIGHT 1e-3f  // below it no layer is taken to see a point
-#define EDGE_ON 0.06f     // cosine: layers that see a surface more edge-on are never asked
-#define OBLIQUE 0.2f      // cosine: such layers are asked only where no other sees the point
+#define EDGE_ON 0.0025f   // squared cosine: layers that see a surface more edge-on are never asked
+#define OBLIQUE 0.2f      // squared cosine: such layers are asked only where no other sees the point
 
 // The layers as pass 4 reads them, `count` from `first` on.
 typedef struct {
@@ -27,7 +27,7 @@ static Layers make_layers(__constant View* views, __constant uint* level_first, 
 }
 
 // How one layer sees points: where they and their normals lie in its frame, where on its film in texels of one level,
-// and how much that counts, cosine - `least`, 0 or less where it doesn't see them.
+// and how much that counts, cos^2 - `least`, 0 or less where it doesn't see them.
 typedef struct {
   real3 c, m;
   real distance, u, v, facing;
@@ -43,7 +43,8 @@ static void sight_of(Layers layers, uint layer, uint level, real3 x, real3 n, fl
   const float side = (float)(1u << level);
   s->u = (s->c.x / s->distance * view->scale + view->centre_x) / side - 0.5f;
   s->v = (s->c.y / s->distance * view->scale + view->centre_y) / side - 0.5f;
-  s->facing = real_select((cosine > 0.0f) & (s->distance > view->near_distance), cosine - least, real_splat(0.0f));
+  s->facing =
+      real_select((cosine > 0.0f) & (s->distance > view->near_distance), cosine * cosine - least, real_splat(0.0f));
 }
 
 // How much one of the four texels around each point counts: bilinear weight x facing where the texel and the point lie

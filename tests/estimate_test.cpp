@@ -151,8 +151,7 @@ TEST(Estimate, is_honest_of_skin_lit_twice) {
 }
 
 // Noise of few samples becomes blur, and less error: a level between the finest and the coarsest is best. Texels
-// smaller than a pixel, so that a coarse level has something to average; measured over 24 seeds: 0.63 in the mean, at
-// most 0.75.
+// smaller than a pixel, so that a coarse level has something to average; in the mean of 24 seeds 0.58.
 TEST(Estimate, pyramids_help_where_samples_are_few) {
   const Scene scene = scene_of(model("concave"), find_material("marble"));
   Settings settings = small_settings();

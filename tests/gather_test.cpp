@@ -102,14 +102,14 @@ struct Lookup {
   bool oblique = false;
 };
 
-/// Bilinear weight x (cosine - least) over the four texels around a point in each layer whose cosine is above `least`,
+/// Bilinear weight x (cos^2 - least) over the four texels around a point in each layer whose cos^2 is above `least`,
 /// where texel and point lie within half a texel of each other's planes and their normals within 60 degrees.
 Lookup look_up(const Stored& s, cl_uint level, glm::dvec3 x, glm::dvec3 n, double least) {
   Lookup sum;
   for (cl_uint layer = 0; layer < s.k.count(); ++layer) {
     const ExactView view(s.k.views[layer]);
     const glm::dvec3 n_p = view.frame(n), f = view.film(x);
-    const double facing = n_p.z - least;
+    const double facing = n_p.z > 0 ? n_p.z * n_p.z - least : 0;
     if (facing <= 0) continue;
     const int side = 1 << level, extent = (int(s.k.views[0].width) + side - 1) / side;
     const double size = side / double{view.view.scale}, u = f.x / side - 0.5, v = f.y / side - 0.5;
@@ -135,11 +135,11 @@ Lookup look_up(const Stored& s, cl_uint level, glm::dvec3 x, glm::dvec3 n, doubl
   return sum;
 }
 
-/// Layers with a cosine below 0.2 are asked, down to 0.06, only where the others' weights come to less than 1e-3.
+/// Layers with cos^2 below 0.2 are asked, down to 0.0025, only where the others' weights come to less than 1e-3.
 Lookup look_up(const Stored& s, cl_uint level, glm::dvec3 x, glm::dvec3 n) {
   Lookup sum = look_up(s, level, x, n, 0.2);
   if (sum.doubtful || sum.weight >= 1e-3) return sum;
-  sum = look_up(s, level, x, n, 0.06);
+  sum = look_up(s, level, x, n, 0.0025);
   sum.oblique = true;
   return sum;
 }
