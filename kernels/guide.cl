@@ -210,9 +210,15 @@ __kernel void guide_stands(const uint l, const float h_min, __constant View* vie
   stands[l * n_tiles + tile] = (float4)(point.x, 1.0f);
 }
 
-// Densities beside an even one as bytes: three bits of the mantissa and five of the exponent, from 2^-11 on.
-#define DENSITY_BITS 20
-#define DENSITY_SCALE 0x1p115f
+// Bytes of a guide's parts, four to a word: not every driver stores single bytes.
+static uint byte_of_part(__global const uint* guide, uint part) {
+  return guide[CODES_OF_PARTS + part / 4] >> part % 4 * 8 & 0xffu;
+}
+
+static void set_byte(__global uint* guide, uint part, uint byte) {
+  const uint at = CODES_OF_PARTS + part / 4, shift = part % 4 * 8;
+  guide[at] = (guide[at] & ~(0xffu << shift)) | byte << shift;
+}
 
 // Which slots have been given out, how much light lies before the next one, and from which part of the list on.
 typedef struct {
@@ -226,10 +232,7 @@ static void fill_slots(__global uint* guide, uint n, uint bits, uint end, uint s
   const float length = (float)(texels << bits) / (float)slots;
   for (uint k = 0; k < slots; ++k) guide[f->slot + k] = (begins << bits) + convert_uint((float)k * length);
   f->slot += slots;
-  const float density = (float)slots * (float)n / ((float)GUIDE_SLOTS * (float)texels);
-  const uint code = min(as_uint(density / DENSITY_SCALE) >> DENSITY_BITS, 255u);
-  __global uchar* codes = (__global uchar*)(guide + CODES_OF_PARTS);
-  for (; f->part < end; ++f->part) codes[f->part] = (uchar)code;
+  f->part = end;
 }
 
 // Some parts that give `share`. Those that give too little for a slot wait for the next ones.
@@ -273,7 +276,6 @@ __kernel void guide_tiles(const View view, const uint number, __global const flo
     per_light[m] = all > 1e-30f && media[m].scale > 0.0f && !repeats ? 1.0f / all : 0.0f;
   }
   // How much each range gives, or each of its parts.
-  __global uchar* codes = (__global uchar*)(guide + CODES_OF_PARTS);
   float all = 0.0f;
   for (uint r = 0; r < GUIDE_RANGES; r += VW) {
     const mask of_ranges = share_codes(share_of_places(places + 2 * r, p, MEAN_RADII, closest, media, per_light, 0));
@@ -281,7 +283,7 @@ __kernel void guide_tiles(const View view, const uint number, __global const flo
     for (uint k = 0; k < VW; ++k) {
       const uint first = (r + k) * PARTS_OF_RANGE;
       if (share_of_code(INDEX(at_most, k)) <= PARTED_SHARE) {
-        codes[first] = (uchar)(INDEX(of_ranges, k) | WHOLE_RANGE);
+        set_byte(guide, first, INDEX(of_ranges, k) | WHOLE_RANGE);
         all += share_of_code(INDEX(of_ranges, k));
         continue;
       }
@@ -289,24 +291,52 @@ __kernel void guide_tiles(const View view, const uint number, __global const flo
         const mask of_parts = share_codes(
             share_of_places(places + 2 * (GUIDE_RANGES + part), p, MEAN_RADII, closest, media, per_light, 0));
         for (uint i = 0; i < VW; ++i) {
-          codes[part + i] = (uchar)INDEX(of_parts, i);
+          set_byte(guide, part + i, INDEX(of_parts, i));
           all += share_of_code(INDEX(of_parts, i));
         }
       }
     }
   }
-  // Where each slot begins, and what is left gives nothing.
+  // Where each slot begins; what is left gives nothing.
   Filled filled;
   filled.slot = filled.part = 0;
   filled.given = 0.0f;
   for (uint part = 0; part < GUIDE_PARTS && all > 0.0f;) {
-    const uint code = codes[part], end = part + (code & WHOLE_RANGE ? PARTS_OF_RANGE : 1u);
+    const uint code = byte_of_part(guide, part), end = part + (code & WHOLE_RANGE ? PARTS_OF_RANGE : 1u);
     add_parts(guide, n, bits, all / (float)GUIDE_SLOTS, part, end, share_of_code(code & ~WHOLE_RANGE), &filled);
     part = end;
   }
   guide[END_OF_SLOTS] = part_begins(filled.part, n) << bits;
   guide[PARTS_PER_TEXEL] = as_uint((float)GUIDE_PARTS / (float)n);
-  for (uint part = filled.part; part < GUIDE_PARTS; ++part) codes[part] = 0;
+}
+
+// Densities beside an even one as bytes: three bits of the mantissa and five of the exponent, from 2^-11 on.
+#define DENSITY_BITS 20
+#define DENSITY_SCALE 0x1p115f
+
+// The density in each part of the guides of one map, in place of what it gives. A kernel of its own, since llvmpipe
+// ends loops silently once an item and those beside it have gone round 65535 times.
+__kernel void guide_densities(const View view, const uint number, const uint n_tiles, const uint first_guide,
+                              __global uint* restrict guides) {
+  const uint tile = (uint)get_global_id(0), texels = view.width * view.width;
+  if (tile >= n_tiles) return;
+  const uint n = guides[number * LIST_SIZE(texels)], bits = unit_bits(texels);
+  __global uint* guide = guides + first_guide + (2 * tile + number % 2) * GUIDE_SIZE;
+  const uint end = guide[END_OF_SLOTS];
+  if (end == 0) return;
+  const float even = (float)n / (float)GUIDE_SLOTS * (float)(1u << bits);
+  uint slot = 0;
+  for (uint word = 0; word < GUIDE_PARTS / 4; ++word) {
+    uint codes = 0;
+    for (uint i = 0; i < 4; ++i) {
+      const uint begin = part_begins(4 * word + i, n) << bits;
+      while (slot + 1 < GUIDE_SLOTS && guide[slot + 1] <= begin) ++slot;
+      const float density = even / (float)(guide[slot + 1] - guide[slot]);
+      const uint code = min(as_uint(density / DENSITY_SCALE) >> DENSITY_BITS, 255u);
+      codes |= (begin < end ? code : 0) << i * 8;
+    }
+    guide[CODES_OF_PARTS + word] = codes;
+  }
 }
 
 // Moves the samples that are the guide's (`guided` is 1, else 0) to where it has them, by t and v in [0, 1), and sets
@@ -353,10 +383,11 @@ static void guide_samples(__global const uint* guides, ureal guide, ureal map, r
   const ureal rank = found + guided * ((place >> bits) - found);
   const ureal part =
       convert_ureal(real_min((real_from_bits(rank) + 0.5f) * parts_per_texel, real_splat((float)GUIDE_PARTS - 1.0f)));
-  const ureal at_code = 4 * (guide + CODES_OF_PARTS) + part;
-#define READ_ELEMENT(k) ((__global const uchar*)guides)[INDEX(at_code, k)]
-  const ureal code = (ureal)(OF_EACH(READ_ELEMENT));
+  const ureal at_code = guide + CODES_OF_PARTS + (part >> 2);
+#define READ_ELEMENT(k) guides[INDEX(at_code, k)]
+  const ureal word = (ureal)(OF_EACH(READ_ELEMENT));
 #undef READ_ELEMENT
+  const ureal code = word >> ((part & 3u) << 3) & 0xffu;
   const real density = as_real(code << DENSITY_BITS) * (parts_per_texel * (DENSITY_SCALE / GUIDE_PARTS));  // per texel
 
   const real d_x = *x - centre.x, d_y = *y - centre.y, rho2 = d_x * d_x + d_y * d_y + centre.z * centre.z;

@@ -274,6 +274,8 @@ void make_guides(Passes& p) {
                        k.places);
       p.compute.launch("guide_tiles", k.n_tiles, Stage::layers, view, number, k.places, p.media, k.n_tiles, k.stands,
                        first_guide(p, l), k.guides);
+      p.compute.launch("guide_densities", k.n_tiles, Stage::layers, view, number, k.n_tiles, first_guide(p, l),
+                       k.guides);
     }
 }
 
