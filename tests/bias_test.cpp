@@ -28,14 +28,18 @@ Bias bias_of(const Scene& scene, std::uint32_t layer_size, const Image& direct) 
   Settings settings = converging();
   settings.layer_size = layer_size;
   settings.pyramids = false;
-  settings.seed = 3;
-  const Rendered r = render(scene, settings, 16);
-  // As the estimate is defined, what is divided by is the picture itself; both pictures' noise is subtracted.
-  const double noise = direct.estimated_relmse + r.image.estimated_relmse;
-  const Bias bias{relmse(direct, r.image) - noise, r.statistics.estimated_bias_relmse};
-  fmt::print("layers of {}: relMSE {:.3g} measured, {:.3g} of noise apart; {:.3g} estimated\n", layer_size,
-             bias.measured, noise, bias.estimated);
-  return bias;
+  Bias mean{};
+  constexpr std::uint32_t seeds = 4;
+  for (settings.seed = 1; settings.seed <= seeds; ++settings.seed) {
+    const Rendered r = render(scene, settings, 16);
+    // As the estimate is defined, what is divided by is the picture itself; both pictures' noise is subtracted.
+    const double noise = direct.estimated_relmse + r.image.estimated_relmse;
+    const Bias bias{relmse(direct, r.image) - noise, r.statistics.estimated_bias_relmse};
+    fmt::print("layers of {}: relMSE {:.3g} measured, {:.3g} of noise apart; {:.3g} estimated\n", layer_size,
+               bias.measured, noise, bias.estimated);
+    mean.measured += bias.measured / seeds, mean.estimated += bias.estimated / seeds;
+  }
+  return mean;
 }
 
 // The layer sizes are such that bias is many times the noise. 1024 pixels of heavy-tailed squares tell their mean to
@@ -50,8 +54,8 @@ TEST(Bias, estimate_agrees_with_what_layers_add) {
   Bias before{};
   for (const std::uint32_t layer_size : {16U, 32U, 64U}) {
     const Bias bias = bias_of(scene, layer_size, direct.image);
-    EXPECT_GT(bias.estimated, bias.measured / 2) << layer_size;
-    EXPECT_LT(bias.estimated, bias.measured * 2) << layer_size;
+    EXPECT_GT(bias.estimated, bias.measured / 1.6) << layer_size;
+    EXPECT_LT(bias.estimated, bias.measured * 1.6) << layer_size;
     if (layer_size > 16) {
       EXPECT_LT(bias.estimated, before.estimated / 3) << layer_size;
     }
