@@ -151,7 +151,7 @@ TEST(Estimate, is_honest_of_skin_lit_twice) {
 }
 
 // Noise of few samples becomes blur, and less error: a level between the finest and the coarsest is best. Texels
-// smaller than a pixel, so that a coarse level has something to average; in the mean of 24 seeds 0.58.
+// smaller than a pixel, so that a coarse level has something to average; over 24 seeds: 0.58.
 TEST(Estimate, pyramids_help_where_samples_are_few) {
   const Scene scene = scene_of(model("concave"), find_material("marble"));
   Settings settings = small_settings();
@@ -161,7 +161,7 @@ TEST(Estimate, pyramids_help_where_samples_are_few) {
   const Image reference = render(scene, settings, 8).image;
   settings.samples = 2;
   double log_sum = 0.0;
-  constexpr std::uint32_t seeds = 6;
+  constexpr std::uint32_t seeds = 24;
   for (settings.seed = 1; settings.seed <= seeds; ++settings.seed) {
     double error[2] = {};
     for (const bool pyramids : {false, true}) {
@@ -173,7 +173,7 @@ TEST(Estimate, pyramids_help_where_samples_are_few) {
   }
   const double ratio = std::exp(log_sum / seeds);
   fmt::print("2 frames of 2 samples: relMSE with pyramids {:.3f} of that without, geometric mean\n", ratio);
-  EXPECT_LT(ratio, 0.75);
+  EXPECT_LT(ratio, 0.6);
 }
 
 }  // namespace
