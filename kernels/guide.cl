@@ -6,6 +6,9 @@
 // whole ones, and a sample lies anywhere in one of them. In memory: where each slot begins and the last one ends, in
 // units of which a texel of the list has 2^unit_bits; how many parts a texel is; and each part's density, as bytes.
 // Where there is no guide the end is 0.
+//
+// A texel's sample depends on what every other gives. So that all devices make the same guides, nothing in here is
+// fused, quotients are products with reciprocals, and nothing else than positions and heights goes in.
 #define LEAST_SHARE 0x1p-24f  // of the light of a channel that counts
 #define PARTED_SHARE 0x1p-8f  // ranges that may give more are parted
 #define MEAN_RADII 0.5f       // by so many of its radii a place lies nearer than its middle
@@ -85,22 +88,23 @@ static uint part_begins(uint part, uint n) {
   return convert_uint(((ulong)part * n + (GUIDE_PARTS / 2 - 1)) / GUIDE_PARTS);
 }
 
-// A place, from sums over its texels, weighted by how much light each lets in: (middle, light), and the root mean
-// square of the distance from there.
+// A place, from sums over its texels: (middle, how many they are), and the root mean square of the distance from there.
+// What light they let in isn't asked: it's little where light grazes alone, and normals differ between devices.
 static void place_of(float4 sum, float squares, __global float4* place) {
-  const float3 middle = sum.w > 0.0f ? sum.xyz / sum.w : (float3)(0.0f);
-  const float spread = sum.w > 0.0f ? squares / sum.w - dot(middle, middle) : 0.0f;
+  const float per_texel = sum.w > 0.0f ? 1.0f / sum.w : 0.0f;
+  const float3 middle = sum.xyz * per_texel;
+  const float spread = squares * per_texel - inner(middle, middle);
   place[0] = (float4)(middle, sum.w);
   place[1] = (float4)(sqrt(fmax(spread, 0.0f)), 0.0f, 0.0f, 0.0f);
 }
 
 // The ranges of a list, and after them their parts.
 __kernel void guide_places(const View view, __global const float4* restrict map, const uint first, const uint number,
-                           const Boundary boundary, __global const uint* restrict lists,
-                           __global float4* restrict places) {
+                           __global const uint* restrict lists, __global float4* restrict places) {
   const uint range = (uint)get_global_id(0);
   __global const uint* lit = lists + number * LIST_SIZE(view.width * view.width);
   const uint n = lit[0];
+  const float pixel = 1.0f / view.scale;
   if (range >= GUIDE_RANGES) return;
   float4 sum = (float4)(0.0f);
   float squares = 0.0f;
@@ -110,19 +114,21 @@ __kernel void guide_places(const View view, __global const float4* restrict map,
     for (uint i = part_begins(part, n); i < part_begins(part + 1, n); ++i) {
       const uint at = lit[LISTED + i], column = at & 0xffffu, row = at >> 16;
       const float4 texel = map[first + row * view.width + column];
-      const real3 n_s = shading_normal(as_mask(real_splat(texel.w)));
-      const real T12 = fresnel_transmittance(n_s.z, boundary);
-      const float light = LANE(T12, 0);
-      const float3 x = (float3)(((float)column + 0.5f - view.centre_x) / view.scale,
-                                ((float)row + 0.5f - view.centre_y) / view.scale, texel.x);
-      of_part += (float4)(x, 1.0f) * light;
-      squares_of_part += dot(x, x) * light;
+      const float3 x = (float3)(((float)column + 0.5f - view.centre_x) * pixel,
+                                ((float)row + 0.5f - view.centre_y) * pixel, texel.x);
+      of_part += (float4)(x, 1.0f);
+      squares_of_part += inner(x, x);
     }
     sum += of_part;
     squares += squares_of_part;
     place_of(of_part, squares_of_part, places + 2 * (GUIDE_RANGES + part));
   }
   place_of(sum, squares, places + 2 * range);
+}
+
+// exp(-t) within 6 %, t >= 0: a float's bits are about its logarithm.
+static real rough_attenuation(real t) {
+  return as_real(0x3f7a0000 - convert_mask(real_min(t, real_splat(80.0f)) * 12102203.0f));
 }
 
 // Of VW places, how far their light comes to p in the light's frame: from their middle, less so many radii; and how
@@ -137,35 +143,29 @@ static real distance_of_places(__global const float4* restrict places, float3 p,
 #undef RADIUS
   *light = w;
   const real3 away = real3_make(x - p.x, y - p.y, z - p.z);
-  const real d2 = real3_dot(away, away) + 1e-12f;
+  const real d2 = unfused_dot(away, away) + 1e-12f;
   return real_max(real_sqrt(d2) - radii * radius, (0.25f / radii) * real_sqrt(d2 + radius * radius));
 }
 
 // About what each of VW places gives of all the light at p, summed over channels: `per_light` is 1 over all in each
-// channel, or 0. With `sum`, what they give is added to that instead. Both are less by a common factor: `closest` is
-// the distance of the nearest.
+// channel, or 0. With `sum`, what they give is added to that instead, one after the other. Both are less by a common
+// factor: `closest` is the distance of the nearest.
 static real share_of_places(__global const float4* restrict places, float3 p, float radii, float closest,
-                            __constant Medium* media, const float* per_light, real* sum) {
+                            __constant Medium* media, const float* per_light, float* sum) {
   real light, share = real_splat(0.0f);
   const real d = distance_of_places(places, p, radii, &light), beyond = real_max(d - closest, real_splat(0.0f));
   UNROLL for (uint m = 0; m < MEDIA; ++m) {
     const float sigma_tr = media[m].sigma_tr * media[m].sigma_t_prime;
-    const real given = light * attenuation(sigma_tr * beyond) / (d * d);
+    const real given = light * rough_attenuation(sigma_tr * beyond) * (1.0f / (d * d));
     if (sum)
-      sum[m] += given;
+      for (uint k = 0; k < VW; ++k) sum[m] += ELEMENT(given, k);
     else
       share += given * per_light[m];
   }
   return share;
 }
 
-static float sum_of_lanes(real v) {
-  float sum = 0.0f;
-  for (uint k = 0; k < VW; ++k) sum += ELEMENT(v, k);
-  return sum;
-}
-
-// Shares rounded to 1, 1.5, 2, 3, 4, 6, ... times a power of two: what devices round differently hardly ever shows. At
+// Shares rounded to 1, 1.5, 2, 3, 4, 6, ... times a power of two: should devices round differently, it hardly shows. At
 // most 1, as ranges far away may look darker than their parts are. As seven bits, 0 below LEAST_SHARE.
 #define SHARE_BITS 22
 #define LEAST_CODE (as_uint(LEAST_SHARE) >> SHARE_BITS)
@@ -229,17 +229,17 @@ typedef struct {
 // Gives the parts up to `end` so many slots of equal length.
 static void fill_slots(__global uint* guide, uint n, uint bits, uint end, uint slots, Filled* f) {
   const uint begins = part_begins(f->part, n), texels = part_begins(end, n) - begins;
-  const float length = (float)(texels << bits) / (float)slots;
+  const float length = (float)(texels << bits) * (1.0f / (float)slots);
   for (uint k = 0; k < slots; ++k) guide[f->slot + k] = (begins << bits) + convert_uint((float)k * length);
   f->slot += slots;
   f->part = end;
 }
 
 // Some parts that give `share`. Those that give too little for a slot wait for the next ones.
-static void add_parts(__global uint* guide, uint n, uint bits, float per_slot, uint begin, uint end, float share,
+static void add_parts(__global uint* guide, uint n, uint bits, float slots_of_light, uint begin, uint end, float share,
                       Filled* f) {
   f->given += share;
-  const uint slots = min(convert_uint(f->given / per_slot + 0.5f), GUIDE_SLOTS);
+  const uint slots = min(convert_uint(f->given * slots_of_light + 0.5f), GUIDE_SLOTS);
   if (slots > f->slot + 1 && part_begins(f->part, n) < part_begins(begin, n)) fill_slots(guide, n, bits, begin, 1, f);
   if (slots > f->slot) fill_slots(guide, n, bits, end, slots - f->slot, f);
 }
@@ -263,17 +263,15 @@ __kernel void guide_tiles(const View view, const uint number, __global const flo
   }
   float closest = FLT_MAX;
   for (uint k = 0; k < VW; ++k) closest = fmin(closest, ELEMENT(nearest, k));
-  real sum[MEDIA];
-  float per_light[MEDIA];
-  UNROLL for (uint m = 0; m < MEDIA; ++m) sum[m] = real_splat(0.0f);
+  float sum[MEDIA], per_light[MEDIA];
+  UNROLL for (uint m = 0; m < MEDIA; ++m) sum[m] = 0.0f;
   for (uint r = 0; r < GUIDE_RANGES; r += VW)
     share_of_places(places + 2 * r, p, MEAN_RADII, closest, media, per_light, sum);
   UNROLL for (uint m = 0; m < MEDIA; ++m) {
-    const float all = sum_of_lanes(sum[m]);
     // Channels that don't scatter, or repeat another, say nothing: guides are the same if they are left out.
     const int repeats = m > 0 && media[m - 1].scale > 0.0f && media[m].sigma_tr == media[m - 1].sigma_tr &&
                         media[m].sigma_t_prime == media[m - 1].sigma_t_prime;
-    per_light[m] = all > 1e-30f && media[m].scale > 0.0f && !repeats ? 1.0f / all : 0.0f;
+    per_light[m] = sum[m] > 1e-30f && media[m].scale > 0.0f && !repeats ? 1.0f / sum[m] : 0.0f;
   }
   // How much each range gives, or each of its parts.
   float all = 0.0f;
@@ -303,11 +301,12 @@ __kernel void guide_tiles(const View view, const uint number, __global const flo
   filled.given = 0.0f;
   for (uint part = 0; part < GUIDE_PARTS && all > 0.0f;) {
     const uint code = byte_of_part(guide, part), end = part + (code & WHOLE_RANGE ? PARTS_OF_RANGE : 1u);
-    add_parts(guide, n, bits, all / (float)GUIDE_SLOTS, part, end, share_of_code(code & ~WHOLE_RANGE), &filled);
+    add_parts(guide, n, bits, (float)GUIDE_SLOTS * (1.0f / all), part, end, share_of_code(code & ~WHOLE_RANGE),
+              &filled);
     part = end;
   }
   guide[END_OF_SLOTS] = part_begins(filled.part, n) << bits;
-  guide[PARTS_PER_TEXEL] = as_uint((float)GUIDE_PARTS / (float)n);
+  guide[PARTS_PER_TEXEL] = as_uint((float)GUIDE_PARTS * (1.0f / (float)n));
 }
 
 // Densities beside an even one as bytes: three bits of the mantissa and five of the exponent, from 2^-11 on.
@@ -324,14 +323,14 @@ __kernel void guide_densities(const View view, const uint number, const uint n_t
   __global uint* guide = guides + first_guide + (2 * tile + number % 2) * GUIDE_SIZE;
   const uint end = guide[END_OF_SLOTS];
   if (end == 0) return;
-  const float even = (float)n / (float)GUIDE_SLOTS * (float)(1u << bits);
+  const float even = (float)n * (1.0f / GUIDE_SLOTS) * (float)(1u << bits);
   uint slot = 0;
   for (uint word = 0; word < GUIDE_PARTS / 4; ++word) {
     uint codes = 0;
     for (uint i = 0; i < 4; ++i) {
       const uint begin = part_begins(4 * word + i, n) << bits;
       while (slot + 1 < GUIDE_SLOTS && guide[slot + 1] <= begin) ++slot;
-      const float density = even / (float)(guide[slot + 1] - guide[slot]);
+      const float density = even * (1.0f / (float)(guide[slot + 1] - guide[slot]));
       const uint code = min(as_uint(density / DENSITY_SCALE) >> DENSITY_BITS, 255u);
       codes |= (begin < end ? code : 0) << i * 8;
     }

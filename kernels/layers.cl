@@ -435,7 +435,8 @@ __kernel void layers_visibility(const View view, __global const uint* restrict n
                                 __global float* restrict quality) {
   const uint i = (uint)get_global_id(0);
   if (i >= n_points) return;
-  const float3 n = points[2 * i + 1].xyz, film = film_coordinates(view, view_coordinates(view, points[2 * i].xyz));
+  const float3 n = points[2 * i + 1].xyz,
+               film = film_coordinates(view, to_frame(view, points[2 * i].xyz - view.origin.xyz));
   const float cosine = fabs(dot(n, view.back.xyz));
   const int x = clamp((int)film.x, 0, (int)view.width - 1), y = clamp((int)film.y, 0, (int)view.height - 1);
   const uint pixel = (uint)y * view.width + (uint)x;

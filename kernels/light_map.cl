@@ -8,10 +8,6 @@
 #define MIN_COSINE_OF_REBUILD 0.1f  // steeper texels are not extrapolated farther than this slope
 #define CLOSE_ENOUGH 0.7f           // squared distance, as a part of the nearest found, that isn't worth a search
 
-static float3 to_frame(View view, float3 v) {
-  return (float3)(dot(v, view.right.xyz), dot(v, view.down.xyz), dot(v, view.back.xyz));
-}
-
 static real3 to_frame_wide(View view, real3 v) {
   return real3_make(real3_dot(v, uniform3(view.right)), real3_dot(v, uniform3(view.down)),
                     real3_dot(v, uniform3(view.back)));
@@ -38,7 +34,7 @@ __kernel void light_map_resolve(const View view, const Window window, __global c
     const real3 towards = real3_make(real_splat(0.0f), real_splat(0.0f), real_splat(1.0f));
     const real3 n_s = bend_normal(to_frame_wide(view, s.n_s), towards);
     const mask n_x = round_to_mask(n_s.x * 32767.0f) & 0xffff, n_y = round_to_mask(n_s.y * 32767.0f);
-    height = real_select(empty, height, real3_dot(real3_sub(s.x, uniform3(view.origin)), uniform3(view.back)));
+    height = real_select(empty, height, unfused_dot(real3_sub(s.x, uniform3(view.origin)), uniform3(view.back)));
     slope_x = real_select(empty, slope_x, n_g.x * steepness);
     slope_y = real_select(empty, slope_y, n_g.y * steepness);
     normal = select(n_x | n_y << 16, normal, empty);

@@ -2,9 +2,11 @@
 // Used by passes 1, 2 and 4. SLOTS is the number of set-up records per triangle: 1, or 6 where clipping may happen.
 #include "raster.h"
 
-static float3 view_coordinates(View view, float3 p) {  // film right, film down, towards the viewer
-  const float3 d = p - view.origin.xyz;
-  return (float3)(dot(d, view.right.xyz), dot(d, view.down.xyz), dot(d, view.back.xyz));
+// A sum that all devices round alike: in dot() they may fuse, and add in any order.
+static float inner(float3 a, float3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+static float3 to_frame(View view, float3 v) {  // film right, film down, towards the viewer
+  return (float3)(inner(v, view.right.xyz), inner(v, view.down.xyz), inner(v, view.back.xyz));
 }
 
 // (film x, film y, nearness) of view coordinates.
@@ -86,9 +88,9 @@ __kernel void raster_setup(const View view, __global const float4* restrict posi
                            __global RasterTriangle* restrict records) {
   const uint i = (uint)get_global_id(0);
   if (i >= n_triangles) return;
-  const float3 a = view_coordinates(view, positions[triangles[3 * i]].xyz);
-  const float3 b = view_coordinates(view, positions[triangles[3 * i + 1]].xyz);
-  const float3 c = view_coordinates(view, positions[triangles[3 * i + 2]].xyz);
+  const float3 a = to_frame(view, positions[triangles[3 * i]].xyz - view.origin.xyz);
+  const float3 b = to_frame(view, positions[triangles[3 * i + 1]].xyz - view.origin.xyz);
+  const float3 c = to_frame(view, positions[triangles[3 * i + 2]].xyz - view.origin.xyz);
 #if SLOTS == 1
   records[i] = raster_triangle(i, film_corner(film_coordinates(view, a)), film_corner(film_coordinates(view, b)),
                                film_corner(film_coordinates(view, c)));
@@ -300,7 +302,8 @@ __kernel void raster_ids_large(const Window window, __global const uint* restric
 __kernel void raster_corners(const View view, __global const float4* restrict positions, const uint n_positions,
                              __global int4* restrict corners) {
   const uint i = (uint)get_global_id(0);
-  if (i < n_positions) corners[i] = film_corner(film_coordinates(view, view_coordinates(view, positions[i].xyz)));
+  if (i < n_positions)
+    corners[i] = film_corner(film_coordinates(view, to_frame(view, positions[i].xyz - view.origin.xyz)));
 }
 
 // The nearest and the farthest surface on a small film, which an orthographic view and the opposite one see: many views
@@ -372,30 +375,38 @@ SHARED real3 normal_of(ureal id, uint corner, __global const float* normals) {
 
 SHARED real3 uniform3(float4 v) { return real3_make(real_splat(v.x), real_splat(v.y), real_splat(v.z)); }
 
+// As in portable.h, but all devices round them alike: guides of samples need positions that are the same to the bit.
+SHARED real unfused_dot(real3 a, real3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+SHARED real3 unfused_cross(real3 a, real3 b) {
+  return real3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+SHARED real3 unfused_madd(real3 a, real3 b, real s) { return real3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s); }
+
 // Through a pointer: of a returned struct clang makes what Oclgrind 21.10 can't run.
 SHARED void surface_at(View view, real px, real py, ureal id, __global const float4* positions,
                        __global const uint* triangles, __global const float* normals, Surface* s) {
   const real3 v0 = corner_of(id, 0, positions, triangles);
   const real3 e1 = real3_sub(corner_of(id, 1, positions, triangles), v0);
   const real3 e2 = real3_sub(corner_of(id, 2, positions, triangles), v0);
-  const real x = (px - view.centre_x) / view.scale, y = (py - view.centre_y) / view.scale;
+  const float pixel = 1.0f / view.scale;
+  const real x = (px - view.centre_x) * pixel, y = (py - view.centre_y) * pixel;
   real3 o = uniform3(view.origin), d = real3_scale(uniform3(view.back), real_splat(-1.0f));
-  const real3 lateral = real3_madd(real3_scale(uniform3(view.right), x), uniform3(view.down), y);
+  const real3 lateral = unfused_madd(real3_scale(uniform3(view.right), x), uniform3(view.down), y);
   if (view.near_distance > 0.0f)
-    d = real3_madd(d, lateral, real_splat(1.0f));
+    d = unfused_madd(d, lateral, real_splat(1.0f));
   else
-    o = real3_madd(o, lateral, real_splat(1.0f));
+    o = unfused_madd(o, lateral, real_splat(1.0f));
   // Ray against plane, as barycentric coordinates.
-  const real3 p = real3_cross(d, e2), t = real3_sub(o, v0), q = real3_cross(t, e1);
-  const real det = real3_dot(e1, p);
-  real u = real_select(det != 0.0f, real3_dot(t, p) / det, real_splat(1.0f / 3.0f));
-  real v = real_select(det != 0.0f, real3_dot(d, q) / det, real_splat(1.0f / 3.0f));
+  const real3 p = unfused_cross(d, e2), t = real3_sub(o, v0), q = unfused_cross(t, e1);
+  const real det = unfused_dot(e1, p), by_det = 1.0f / det;
+  real u = real_select(det != 0.0f, unfused_dot(t, p) * by_det, real_splat(1.0f / 3.0f));
+  real v = real_select(det != 0.0f, unfused_dot(d, q) * by_det, real_splat(1.0f / 3.0f));
   u = real_min(real_max(u, real_splat(0.0f)), real_splat(1.0f));
   v = real_min(real_max(v, real_splat(0.0f)), real_splat(1.0f));
-  const real excess = real_max(u + v, real_splat(1.0f));
-  u /= excess;
-  v /= excess;
-  s->x = real3_madd(real3_madd(v0, e1, u), e2, v);
+  const real by_excess = 1.0f / real_max(u + v, real_splat(1.0f));
+  u *= by_excess;
+  v *= by_excess;
+  s->x = unfused_madd(unfused_madd(v0, e1, u), e2, v);
   const real3 n_0 = real3_scale(normal_of(id, 0, normals), 1.0f - u - v);
   s->n_s = real3_normalize(real3_madd(real3_madd(n_0, normal_of(id, 1, normals), u), normal_of(id, 2, normals), v));
   const real3 n_g = real3_cross(e1, e2);

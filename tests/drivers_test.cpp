@@ -1,19 +1,17 @@
 // Every device gives the same answers, in vectors of 1 and 8 lanes and in work-groups of 1 and 64: the same coverage
-// and triangles, sums that differ by rounding, pictures that differ by a sample here and there.
+// and triangles, guides of samples, sums that differ by rounding, pictures that differ by a sample here and there.
 #include <gtest/gtest.h>
 
 #include <set>
 #include <sstream>
 
 #include "evaluation_kernels.hpp"
+#include "test_lit.hpp"
 #include "test_render.hpp"
-#include "test_scene.hpp"
 #include "visibility.hpp"
 
 namespace parian::test {
 namespace {
-
-using kernels::float4;
 
 /// The devices to compare, as selectors separated by commas; all others are held against the first.
 std::vector<std::string> selectors() {
@@ -33,6 +31,10 @@ struct Way {
   [[nodiscard]] std::string name() const {
     return fmt::format("{}, {} lanes, groups of {}", selector.empty() ? "default device" : selector, lanes, group);
   }
+  void set(Plan& plan) const {
+    set_option(plan.options, "VW", static_cast<int>(lanes));
+    plan.lanes = lanes;
+  }
 };
 
 std::vector<Way> ways() {
@@ -47,12 +49,7 @@ std::vector<Way> ways() {
 struct WayBench : Bench {
   WayBench(const Way& way, Scene s)
       : Bench(
-            std::move(s), small_settings(),
-            [&](Plan& p) {
-              set_option(p.options, "VW", static_cast<int>(way.lanes));
-              p.lanes = way.lanes;
-            },
-            way.selector) {
+            std::move(s), small_settings(), [&](Plan& p) { way.set(p); }, way.selector) {
     compute.limit_groups(way.group);
   }
 };
@@ -153,6 +150,32 @@ void expect_alike(const Image& image, const Image& first, const std::string& wha
   EXPECT_EQ(coverage, 0U) << what;
   EXPECT_LE(error, 1e-6) << what;
   EXPECT_LE(static_cast<double>(off), 1e-3 * static_cast<double>(inside)) << what;
+}
+
+// All samples of a tile depend on its guide: were one share rounded to another side, they would all be others.
+TEST(Drivers, MakeTheSameGuides) {
+  std::vector<cl_uint> first, first_lit;
+  for (const Way& way : ways()) {
+    const LitBench b(
+        dense, {light_a}, 48, true, 1, [&](Plan& p) { way.set(p); }, way.selector, way.group);
+    std::vector<cl_uint> lit;  // what is listed, of each half, without what follows
+    for (std::size_t map = 0; map < 2; ++map) {
+      const auto list = b.lit.begin() + static_cast<std::ptrdiff_t>(map * (1 + 2 * 48 * 48));
+      lit.insert(lit.end(), list, list + 1 + *list);
+    }
+    std::vector<cl_uint> guides;
+    for (std::size_t i = 0; i < b.guides.size(); i += GUIDE_SIZE)
+      if (b.guides[i + GUIDE_SLOTS] != 0) guides.insert(guides.end(), &b.guides[i], &b.guides[i] + GUIDE_SIZE);
+    if (first.empty()) first = guides, first_lit = lit;
+    ASSERT_GT(guides.size(), 8 * GUIDE_SIZE);
+    ASSERT_EQ(guides.size(), first.size()) << way.name();
+    std::size_t differ = 0;
+    for (std::size_t i = 0; i < guides.size(); ++i) differ += guides[i] != first[i];
+    fmt::print("{}: {} texels lit, {} guides, {} of {} words differ\n", way.name(), lit.size() - 2,
+               guides.size() / GUIDE_SIZE, differ, guides.size());
+    EXPECT_EQ(lit, first_lit) << way.name();
+    EXPECT_EQ(differ, 0U) << way.name();
+  }
 }
 
 /// A picture by the four passes alone, which tests can launch as they like.

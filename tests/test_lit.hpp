@@ -17,8 +17,10 @@ inline const Material dense = medium({90, 110, 110}, {0.1, 0.3, 0.3});
 /// A torus with layers, light maps and every `step`-th covered texel needed.
 struct LitBench : Bench {
   LitBench(const Material& material, std::vector<DirectionalLight> lights, std::uint32_t map_size, bool shift,
-           std::size_t step, const std::function<void(Plan&)>& change)
-      : Bench(scene_of(torus(32, 16), material, std::move(lights)), {}, change) {
+           std::size_t step, const std::function<void(Plan&)>& change, const std::string& selector = test_selector(),
+           std::size_t group = 64)
+      : Bench(scene_of(torus(32, 16), material, std::move(lights)), {}, change, selector) {
+    compute.limit_groups(group);
     make_light_maps(passes, points, map_size);
     draw_light_maps(passes, 0, shift);
     std::vector<kernels::View> views;

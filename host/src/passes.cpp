@@ -270,8 +270,7 @@ void make_guides(Passes& p) {
       p.compute.launch("guide_starts", GUIDE_ITEMS, Stage::layers, k.counts, number, texels, k.cubes, k.guides);
       p.compute.launch("guide_list", GUIDE_SIDE * GUIDE_SIDE, Stage::layers, view, m.map, map, number, 1U, k.cubes,
                        k.guides);
-      p.compute.launch("guide_places", GUIDE_RANGES, Stage::layers, view, m.map, map, number, p.plan.boundary, k.guides,
-                       k.places);
+      p.compute.launch("guide_places", GUIDE_RANGES, Stage::layers, view, m.map, map, number, k.guides, k.places);
       p.compute.launch("guide_tiles", k.n_tiles, Stage::layers, view, number, k.places, p.media, k.n_tiles, k.stands,
                        first_guide(p, l), k.guides);
       p.compute.launch("guide_densities", k.n_tiles, Stage::layers, view, number, k.n_tiles, first_guide(p, l),
