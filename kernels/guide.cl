@@ -215,11 +215,6 @@ static uint byte_of_part(__global const uint* guide, uint part) {
   return guide[CODES_OF_PARTS + part / 4] >> part % 4 * 8 & 0xffu;
 }
 
-static void set_byte(__global uint* guide, uint part, uint byte) {
-  const uint at = CODES_OF_PARTS + part / 4, shift = part % 4 * 8;
-  guide[at] = (guide[at] & ~(0xffu << shift)) | byte << shift;
-}
-
 // Which slots have been given out, how much light lies before the next one, and from which part of the list on.
 typedef struct {
   uint slot, part;
@@ -281,15 +276,17 @@ __kernel void guide_tiles(const View view, const uint number, __global const flo
     for (uint k = 0; k < VW; ++k) {
       const uint first = (r + k) * PARTS_OF_RANGE;
       if (share_of_code(INDEX(at_most, k)) <= PARTED_SHARE) {
-        set_byte(guide, first, INDEX(of_ranges, k) | WHOLE_RANGE);
+        guide[CODES_OF_PARTS + first / 4] = INDEX(of_ranges, k) | WHOLE_RANGE;
         all += share_of_code(INDEX(of_ranges, k));
         continue;
       }
+      uint word = 0;
       for (uint part = first; part < first + PARTS_OF_RANGE; part += VW) {
         const mask of_parts = share_codes(
             share_of_places(places + 2 * (GUIDE_RANGES + part), p, MEAN_RADII, closest, media, per_light, 0));
         for (uint i = 0; i < VW; ++i) {
-          set_byte(guide, part + i, INDEX(of_parts, i));
+          word = word >> 8 | INDEX(of_parts, i) << 24;
+          if ((part + i) % 4 == 3) guide[CODES_OF_PARTS + (part + i) / 4] = word;
           all += share_of_code(INDEX(of_parts, i));
         }
       }
@@ -324,15 +321,22 @@ __kernel void guide_densities(const View view, const uint number, const uint n_t
   const uint end = guide[END_OF_SLOTS];
   if (end == 0) return;
   const float even = (float)n * (1.0f / GUIDE_SLOTS) * (float)(1u << bits);
-  uint slot = 0;
+  uint begin_of_slot = guide[0], end_of_slot = guide[1], slot = 0, code = 0, begin = 0;
   for (uint word = 0; word < GUIDE_PARTS / 4; ++word) {
     uint codes = 0;
     for (uint i = 0; i < 4; ++i) {
-      const uint begin = part_begins(4 * word + i, n) << bits;
-      while (slot + 1 < GUIDE_SLOTS && guide[slot + 1] <= begin) ++slot;
-      const float density = even * (1.0f / (float)(guide[slot + 1] - guide[slot]));
-      const uint code = min(as_uint(density / DENSITY_SCALE) >> DENSITY_BITS, 255u);
+      while (slot + 1 < GUIDE_SLOTS && end_of_slot <= begin) {
+        ++slot;
+        begin_of_slot = end_of_slot;
+        end_of_slot = guide[slot + 1];
+        code = 0;
+      }
+      if (code == 0) {
+        const float density = even * (1.0f / (float)(end_of_slot - begin_of_slot));
+        code = clamp(as_uint(density / DENSITY_SCALE) >> DENSITY_BITS, 1u, 255u);
+      }
       codes |= (begin < end ? code : 0) << i * 8;
+      begin = part_begins(4 * word + i + 1, n) << bits;
     }
     guide[CODES_OF_PARTS + word] = codes;
   }
