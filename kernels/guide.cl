@@ -285,8 +285,11 @@ __kernel void guide_tiles(const View view, const uint number, __global const flo
         const mask of_parts = share_codes(
             share_of_places(places + 2 * (GUIDE_RANGES + part), p, MEAN_RADII, closest, media, per_light, 0));
         for (uint i = 0; i < VW; ++i) {
-          word = word >> 8 | INDEX(of_parts, i) << 24;
-          if ((part + i) % 4 == 3) guide[CODES_OF_PARTS + (part + i) / 4] = word;
+          word |= INDEX(of_parts, i) << (part + i) % 4 * 8;
+          if ((part + i) % 4 == 3) {
+            guide[CODES_OF_PARTS + (part + i) / 4] = word;
+            word = 0;
+          }
           all += share_of_code(INDEX(of_parts, i));
         }
       }
