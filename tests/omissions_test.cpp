@@ -189,6 +189,17 @@ TEST(Omissions, explanation_and_statistics_agree) {
   }
 }
 
+TEST(Omissions, explanation_says_whether_there_are_guides) {
+  const auto explain = [&](const Settings& settings) {
+    const Renderer renderer(scene_of(model("torus"), find_material("marble"), {32, 32}), settings, device_selector());
+    return fmt::format("{}", fmt::join(renderer.explanation(), "\n"));
+  };
+  Settings settings = small_settings();
+  EXPECT_NE(explain(settings).find("; guides of samples in up to "), std::string::npos);
+  settings.estimator = Estimator::radial;
+  EXPECT_EQ(explain(settings).find("guides"), std::string::npos);
+}
+
 // A flat object seen edge-on by a light gets none of it: the other light has all the samples.
 TEST(Omissions, light_along_the_surface) {
   Scene scene =

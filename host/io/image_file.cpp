@@ -18,7 +18,8 @@ constexpr double bright = 0.8;         // where `auto` puts the percentile
 constexpr double bright_share = 0.99;  // which percentile
 
 const pictures::Functions& load_pictures() {
-  void* module = dlopen(PARIAN_PICTURES, RTLD_NOW | RTLD_LOCAL);
+  // Lazily: of what OpenImageIO brings along hardly anything is called.
+  void* module = dlopen(PARIAN_PICTURES, RTLD_LAZY | RTLD_LOCAL);
   const auto* functions = module ? static_cast<const pictures::Functions*>(dlsym(module, "parian_pictures")) : nullptr;
   if (!functions)
     throw Error(ErrorKind::output,

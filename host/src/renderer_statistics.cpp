@@ -70,14 +70,20 @@ std::vector<std::string> Renderer::explanation() const {
                   s.plan.lights.size() == 1 ? "" : "s", s.settings.light_map_size, s.settings.light_map_size,
                   s.settings.light_map_shift ? fmt::format("redrawn every {} samples", redraw_samples) : "drawn once"));
   const kernels::View& layer = s.passes.layers.views.front();
+  std::string guides;  // of samples
+  if (s.plan.guides)
+    guides = fmt::format("; guides of samples in up to {} tiles a light", s.passes.layers.n_tiles);
+  else if (s.settings.estimator == Estimator::automatic)
+    guides = fmt::format("; no guides of samples, which would take more than {} MiB or than the device has",
+                         most_guides >> 20);
   lines.push_back(
-      fmt::format("pass 2    {} of {} x {}, {} texels read of {} covered, {} samples each a frame{}{}",
+      fmt::format("pass 2    {} of {} x {}, {} texels read of {} covered, {} samples each a frame{}{}{}",
                   s.plan.gather == Gather::camera ? "the cameras' own views" : fmt::format("{} layers", t.layers_count),
                   layer.width, layer.height, t.layers_texels_evaluated, t.layers_texels, s.samples_per_frame(),
                   s.plan.gather == Gather::camera
                       ? ""
                       : fmt::format("; {:.2f} % of the visible surface covered", 100.0 * t.layers_covered),
-                  s.plan.sums() > 1 ? "; sums of each light, whose colours come last" : ""));
+                  s.plan.sums() > 1 ? "; sums of each light, whose colours come last" : "", guides));
   lines.push_back(s.plan.pyramids ? fmt::format("pass 3    {} levels", s.passes.layers.levels - 1) : "pass 3    none");
   lines.push_back(fmt::format("pass 4    {} view{} of {} x {}, {} subpixel positions", s.cameras.size(),
                               s.cameras.size() == 1 ? "" : "s", s.scene.film.x, s.scene.film.y, subpixel_positions));
