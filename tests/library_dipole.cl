@@ -1,6 +1,6 @@
 // The library's S_d over the arrays of plain_dipole.cl, at any width: what follows the headers of the library's
-// program. As in scattering.cl, several samples take each step side by side where there are lanes, so that a CPU computes
-// one while it waits for another.
+// program. As in scattering.cl, several samples take each step side by side where there are lanes, so that a CPU
+// computes one while it waits for another.
 
 #if VW == 1
 #define SIDE_BY_SIDE 1u

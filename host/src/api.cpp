@@ -9,6 +9,7 @@
 #include <new>
 #include <optional>
 
+#include "api_given.hpp"
 #include "compute.hpp"
 #include "embedded.hpp"
 #include "geometry.hpp"
@@ -47,10 +48,14 @@ struct parian_renderer {
 
 namespace {
 
+using parian::buffer_of;
 using parian::Error;
 using parian::ErrorKind;
-
-[[noreturn]] void refuse(const std::string& what) { throw Error(ErrorKind::usage, what); }
+using parian::give;
+using parian::one_of;
+using parian::refuse;
+using parian::taken;
+using parian::vec3;
 
 /// What a call needs that isn't there: see PARIAN_NOT_PLANNED.
 struct NotPlanned {
@@ -138,182 +143,6 @@ parian_status with(const parian_renderer* renderer, F&& f) noexcept {
   r.compute->leave();
   r.busy.clear();
   return status;
-}
-
-/// What the caller gave, with zeros for what his header doesn't have yet.
-template <class T>
-T taken(const T* given, const char* what) {
-  if (!given) refuse(fmt::format("{}: it is NULL; give a struct", what));
-  std::size_t size = 0;
-  std::memcpy(&size, given, sizeof size);
-  if (size < 2 * sizeof(size_t) || size > 64 * sizeof(T))
-    refuse(fmt::format("{}: struct_size is {}, sizeof is {}; set it to sizeof the struct", what, size, sizeof(T)));
-  const auto* bytes = reinterpret_cast<const unsigned char*>(given);
-  for (std::size_t i = sizeof(T); i < size; ++i)
-    if (bytes[i])
-      refuse(fmt::format("{}: it has fields that version {} doesn't know; use a newer library", what, parian::version));
-  T full{};
-  std::memcpy(&full, given, std::min(size, sizeof(T)));
-  return full;
-}
-
-/// Fills the part of a struct that the caller knows.
-template <class T>
-void give(T* wanted, T full, const char* what) {
-  if (!wanted) refuse(fmt::format("{}: it is NULL; give a struct", what));
-  const std::size_t size = wanted->struct_size;
-  if (size < 2 * sizeof(size_t) || size > 64 * sizeof(T))
-    refuse(fmt::format("{}: struct_size is {}, sizeof is {}; set it to sizeof the struct", what, size, sizeof(T)));
-  full.struct_size = size;
-  std::memcpy(wanted, &full, std::min(size, sizeof(T)));
-}
-
-glm::dvec3 vec3(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
-
-/// An enumeration of the API as one of the library's. What isn't one of its values may not be looked at as one.
-template <class T, class Given>
-T one_of(const Given& given, const char* what) {
-  int value = 0;
-  static_assert(sizeof value == sizeof given);
-  std::memcpy(&value, &given, sizeof value);
-  if (value < 0 || value > 2) refuse(fmt::format("{}: {} is none of its values, 0 to 2", what, value));
-  return static_cast<T>(value);
-}
-
-/// A buffer of the renderer's context, retained.
-cl::Buffer buffer_of(const parian_renderer& r, cl_mem handle, const char* what) {
-  cl::Buffer b(handle, true);
-  if (b.getInfo<CL_MEM_TYPE>() != CL_MEM_OBJECT_BUFFER) refuse(fmt::format("{}: it is no buffer; give one", what));
-  if (parian::handle_of<cl_context>(clGetMemObjectInfo, handle, CL_MEM_CONTEXT) != r.compute->context()())
-    refuse(fmt::format("{}: it is of another context than the renderer; create it in that one", what));
-  return b;
-}
-
-/// The buffer holds `count` pieces of `bytes`, `stride` bytes apart. In double: nothing overflows, and what a buffer
-/// may hold is exact.
-void require_bytes(const cl::Buffer& b, std::size_t offset, std::size_t count, std::size_t stride, std::size_t bytes,
-                   const char* what) {
-  const std::size_t size = b.getInfo<CL_MEM_SIZE>();
-  const double needed = static_cast<double>(offset) + static_cast<double>(count - 1) * static_cast<double>(stride) +
-                        static_cast<double>(bytes);
-  if (static_cast<double>(size) < needed)
-    refuse(fmt::format("{}: it has {} bytes and needs {:.0f}; make it larger", what, size, needed));
-}
-
-/// `bytes` in words of four.
-cl_uint words(std::size_t bytes, const char* what) {
-  if (bytes % 4 != 0) refuse(fmt::format("{}: {} bytes; give a multiple of 4", what, bytes));
-  if (bytes / 4 > 0xffffffffU) refuse(fmt::format("{}: {} bytes; give less than 16 GiB", what, bytes));
-  return static_cast<cl_uint>(bytes / 4);
-}
-
-/// Positions of a mesh in host memory.
-std::vector<glm::dvec3> host_positions(const parian_mesh& m) {
-  if ((m.positions != nullptr) == (m.positions_double != nullptr))
-    refuse("mesh: give positions either as float or as double");
-  const std::size_t size = m.positions ? sizeof(float) : sizeof(double);
-  const std::size_t stride = m.position_stride ? m.position_stride : 3 * size;
-  if (stride < 3 * size) refuse(fmt::format("mesh: position_stride is {} bytes and needs {}", stride, 3 * size));
-  const auto* bytes = m.positions ? reinterpret_cast<const unsigned char*>(m.positions)
-                                  : reinterpret_cast<const unsigned char*>(m.positions_double);
-  std::vector<glm::dvec3> positions(m.n_positions);
-  for (glm::dvec3& x : positions) {
-    if (m.positions) {
-      float f[3];
-      std::memcpy(f, bytes, sizeof f);
-      x = {f[0], f[1], f[2]};
-    } else {
-      std::memcpy(&x, bytes, sizeof x);
-    }
-    if (!(std::isfinite(x.x) && std::isfinite(x.y) && std::isfinite(x.z)))
-      throw Error(ErrorKind::input, fmt::format("mesh: vertex {} is not finite; leave it out", &x - positions.data()));
-    bytes += stride;
-  }
-  return positions;
-}
-
-parian::Mesh host_mesh(const parian_mesh& m) {
-  if (!m.indices) refuse("mesh: indices is NULL; give three for each triangle");
-  const std::size_t corners = std::size_t{3} * m.n_triangles;
-  if (m.normals_kind == PARIAN_NORMALS_NONE) {
-    parian::PolygonMesh polygons;
-    polygons.points = host_positions(m);
-    polygons.corners.assign(m.indices, m.indices + corners);
-    polygons.face_sizes.assign(m.n_triangles, 3);
-    return clean_mesh(std::move(polygons));
-  }
-  if (!m.normals) refuse("mesh: normals is NULL; give them, or PARIAN_NORMALS_NONE");
-  parian::Mesh mesh;
-  mesh.positions = host_positions(m);
-  mesh.triangles.resize(m.n_triangles);
-  std::memcpy(mesh.triangles.data(), m.indices, corners * sizeof(std::uint32_t));
-  mesh.normals.reserve(corners);
-  for (std::size_t i = 0; i < corners; ++i) {
-    if (m.indices[i] >= m.n_positions)
-      throw Error(ErrorKind::input, fmt::format("mesh: triangle {} has vertex {} of {}; check the indices", i / 3,
-                                                m.indices[i], m.n_positions));
-    const float* n = m.normals + 3 * (m.normals_kind == PARIAN_NORMALS_PER_CORNER ? i : m.indices[i]);
-    const glm::vec3 normal(n[0], n[1], n[2]);
-    if (!(glm::dot(normal, normal) > 0.25F && glm::dot(normal, normal) < 4.0F))
-      throw Error(ErrorKind::input, fmt::format("mesh: normal {} of triangle {} isn't of unit length", i % 3, i / 3));
-    mesh.normals.push_back(normal);
-  }
-  mesh.counts.triangles = m.n_triangles;
-  return mesh;
-}
-
-void set_device_mesh(parian_renderer& r, const parian_mesh& m) {
-  if (m.positions || m.positions_double || m.indices || m.normals)
-    refuse("mesh: it has both buffers and pointers to host memory; give one kind");
-  if (!m.position_buffer || !m.index_buffer) refuse("mesh: one of its two buffers is NULL; give both");
-  parian::DeviceMesh mesh{buffer_of(r, m.position_buffer, "position_buffer"),
-                          buffer_of(r, m.index_buffer, "index_buffer"), words(m.position_offset, "position_offset"),
-                          words(m.position_stride ? m.position_stride : 12, "position_stride"),
-                          words(m.index_offset, "index_offset")};
-  if (mesh.position_stride < 3) refuse("position_stride: it is below the 12 bytes of a position");
-  require_bytes(mesh.positions, m.position_offset, m.n_positions, std::size_t{4} * mesh.position_stride, 12,
-                "position_buffer");
-  require_bytes(mesh.indices, m.index_offset, m.n_triangles, 12, 12, "index_buffer");
-  r.scene.mesh = {};
-  r.scene.on_device = {m.n_positions, m.n_triangles, vec3(m.centre), m.radius};
-  r.device_mesh = std::move(mesh);
-}
-
-parian::Settings settings_of(const parian_settings& s) {
-  parian::Settings t;
-  const auto within = [](const char* name, std::uint32_t value, std::uint32_t least, std::uint32_t most) {
-    if (value < least || value > most)
-      refuse(fmt::format("settings: {} is {}; give {} to {}", name, value, least, most));
-    return value;
-  };
-  if (!(s.error >= 0 && std::isfinite(s.error))) refuse(fmt::format("settings: error is {}; give 0 or more", s.error));
-  if (!(s.disc_radius >= 0 && std::isfinite(s.disc_radius)))
-    refuse(fmt::format("settings: disc_radius is {}; give 0 or more", s.disc_radius));
-  t.error = s.error;
-  t.layers = within("layers", s.layers, 1, 1024);
-  t.layer_size = within("layer_size", s.layer_size, 1, 16384);
-  t.light_map_size = within("light_map_size", s.light_map_size, 1, 16384);
-  t.light_map_shift = s.light_map_shift != 0;
-  t.samples = within("samples", s.samples, 2, 1U << 20);
-  if (t.samples % 2 != 0) refuse(fmt::format("settings: samples is {}; give an even number", t.samples));
-  t.model = one_of<parian::Model>(s.model, "settings: model");
-  t.estimator = one_of<parian::Estimator>(s.estimator, "settings: estimator");
-  t.disc_radius = s.disc_radius;
-  t.gather = one_of<parian::Gather>(s.views, "settings: views");
-  t.still = s.fixed_cameras != 0;
-  if (!t.still && t.gather == parian::Gather::camera)
-    refuse("settings: views is PARIAN_CAMERA, where cameras may move; set fixed_cameras too");
-  t.pyramids = s.pyramids != 0;
-  t.seed = s.seed;
-  t.frames = within("frames", s.frames, 1, 0xffffffffU);
-  t.force = s.force != 0;
-  t.time_stages = s.time_stages != 0;
-  for (std::string names = s.keep ? s.keep : ""; !names.empty();) {
-    const std::size_t comma = names.find(',');
-    t.keep.insert(names.substr(0, comma));
-    names = comma == std::string::npos ? "" : names.substr(comma + 1);
-  }
-  return t;
 }
 
 void require_complete(const parian_renderer& r) {
@@ -475,7 +304,7 @@ parian_status parian_find_material(const char* name, parian_material* material) 
 
 parian_status parian_set_settings(parian_renderer* renderer, const parian_settings* settings) {
   return with(renderer, [&](parian_renderer& r) {
-    r.settings = settings_of(taken(settings, "settings"));
+    r.settings = parian::settings_of(taken(settings, "settings"));
     undo_plan(r);
   });
 }
@@ -489,9 +318,11 @@ parian_status parian_set_mesh(parian_renderer* renderer, const parian_mesh* mesh
                               m.n_triangles));
     one_of<parian_normals>(m.normals_kind, "mesh: normals_kind");
     if (m.position_buffer || m.index_buffer) {
-      set_device_mesh(r, m);
+      r.device_mesh = parian::device_mesh(*r.compute, m);
+      r.scene.mesh = {};
+      r.scene.on_device = {m.n_positions, m.n_triangles, vec3(m.centre), m.radius};
     } else {
-      parian::Mesh host = host_mesh(m);
+      parian::Mesh host = parian::host_mesh(m);
       if (host.triangles.empty()) throw Error(ErrorKind::input, "mesh: no triangle has an area; give one that has");
       r.scene.mesh = std::move(host);
       r.scene.on_device.reset();
@@ -579,7 +410,7 @@ parian_status parian_scratch_size(parian_renderer* renderer, size_t* bytes) {
 parian_status parian_set_scratch(parian_renderer* renderer, cl_mem scratch) {
   return with(renderer, [&](parian_renderer& r) {
     cl::Buffer buffer;
-    if (scratch) buffer = buffer_of(r, scratch, "scratch");
+    if (scratch) buffer = buffer_of(*r.compute, scratch, "scratch");
     undo_plan(r);
     r.compute->take_scratch(std::move(buffer));
   });
@@ -623,12 +454,12 @@ parian_status parian_gather(parian_renderer* renderer, cl_command_queue queue, s
     const parian_image given = taken(image, "image");
     require_camera(r, camera);
     if (!given.buffer) refuse("image: its buffer is NULL; give one");
-    parian::ImageTarget target{buffer_of(r, given.buffer, "image")};
+    parian::ImageTarget target{buffer_of(*r.compute, given.buffer, "image")};
     const std::size_t row = std::size_t{16} * r.scene.film.x;
     const std::size_t pitch = given.row_pitch ? given.row_pitch : row;
     if (given.offset % 16 || pitch % 16) refuse("image: offset and row_pitch must be multiples of 16 bytes");
     if (pitch < row) refuse(fmt::format("image: row_pitch is {} bytes and needs {}", pitch, row));
-    require_bytes(target.buffer, given.offset, r.scene.film.y, pitch, row, "image");
+    parian::require_bytes(target.buffer, given.offset, r.scene.film.y, pitch, row, "image");
     if (given.offset / 16 > 0xffffffffU || pitch / 16 > 0xffffffffU / r.scene.film.y)
       refuse("image: more than 2^32 pixels; give less");
     if (target.buffer.getInfo<CL_MEM_FLAGS>() & CL_MEM_READ_ONLY) refuse("image: kernels may not write its buffer");

@@ -28,8 +28,9 @@ inline constexpr double directional_dipole = 111;  // alpha and beta 8, r2 1, of
 inline constexpr double standard_dipole = 62;      // distances 7, two attenuations of 21, two gradients of 4, sum 5
 inline constexpr double better_dipole = 118;       // distances 14, flux 52, fluence 48, sum 4
 
-// scattering.cl, a pair: numbers of the sequence 3, turn 26, place on the map 8, texel 6, offsets 6, height 4, normal 7, x
-// 3, flux 1. What is the same for all samples of a point isn't counted, nor what guides add for points that have one.
+// scattering.cl, a pair: numbers of the sequence 3, turn 26, place on the map 8, texel 6, offsets 6, height 4, normal
+// 7, x 3, flux 1. What is the same for all samples of a point isn't counted, nor what guides add for points that have
+// one.
 inline constexpr double sample = 64 + refract_into + transmittance + dipole_geometry;
 inline constexpr double density_radius = 34, exponential_radius = 28, disc_radius = 2;  // sample_radius by ESTIMATOR
 inline constexpr double sum_of_channel = 2;
