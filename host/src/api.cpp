@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <atomic>
+#include <cctype>
 #include <cstring>
 #include <memory>
 #include <new>
@@ -80,12 +81,33 @@ parian_status status_of(ErrorKind kind, int code) {
   }
 }
 
+/// A text of the library, which names options as the command line does, in the API's names.
+std::string in_api_terms(std::string text) {
+  const auto replace = [&](const std::string& name, const std::string& with) {
+    for (std::size_t i = 0; (i = text.find(name, i)) != std::string::npos; i += with.size())
+      text.replace(i, name.size(), with);
+  };
+  replace(" with --device", "");
+  replace("--gather layers", "views PARIAN_LAYERS");
+  replace("--size", "film");
+  for (std::size_t i = 0; (i = text.find("--", i)) != std::string::npos;) {
+    if (i > 0 && text[i - 1] != ' ') {  // of somebody's own name
+      i += 2;
+      continue;
+    }
+    text.erase(i, 2);
+    for (; i < text.size() && (std::islower(static_cast<unsigned char>(text[i])) || text[i] == '-'); ++i)
+      if (text[i] == '-') text[i] = '_';
+  }
+  return text;
+}
+
 /// Notes what `message()` says.
 template <class F>
 parian_status failed(parian_status status, cl_int code, F&& message) noexcept {
   last_failure.code = code;
   try {
-    last_failure.message = message();
+    last_failure.message = in_api_terms(message());
   } catch (...) {  // no memory for the text
     last_failure.message.clear();
   }
@@ -511,6 +533,7 @@ parian_status parian_get_statistics(parian_renderer* renderer, parian_statistics
     if (r.planned) {
       const parian::Statistics& t = r.planned->statistics();
       r.texts = {t.left_out, t.warnings, r.planned->explanation()};
+      for (std::string& warning : r.texts.warnings) warning = in_api_terms(warning);
       s.frames = t.frames;
       s.layers_count = t.layers_count;
       s.layers_size = t.layers_size;

@@ -144,12 +144,15 @@ TEST(Extremes, Settings) {
   scene.settings.keep = "pyramids,nothing-of-that-name";
   CALL(parian_set_settings(r.get(), &scene.settings));
   EXPECT_EQ(parian_plan(r.get(), nullptr), PARIAN_INVALID_ARGUMENT);
-  EXPECT_NE(std::string(parian_message()).find("nothing-of-that-name"), std::string::npos) << parian_message();
+  EXPECT_EQ(std::string(parian_message()).find("keep nothing-of-that-name: "), 0U) << parian_message();
   scene.settings.keep = "";
   scene.settings.layers = 1024;
   scene.settings.layer_size = 16384;
   CALL(parian_set_settings(r.get(), &scene.settings));
   EXPECT_EQ(parian_plan(r.get(), nullptr), PARIAN_OUT_OF_MEMORY) << parian_message();
+  // In the names of parian_settings, not in those of the command line.
+  EXPECT_NE(std::string(parian_message()).find("; lower layer_size, layers or light_map_size"), std::string::npos)
+      << parian_message();
 }
 
 }  // namespace
