@@ -190,14 +190,20 @@ TEST(Omissions, explanation_and_statistics_agree) {
 }
 
 TEST(Omissions, explanation_says_whether_there_are_guides) {
-  const auto explain = [&](const Settings& settings) {
-    const Renderer renderer(scene_of(model("torus"), find_material("marble"), {32, 32}), settings, device_selector());
+  Scene scene = scene_of(model("torus"), find_material("marble"), {512, 512});
+  Settings settings = small_settings();
+  settings.gather = Gather::camera;
+  settings.light_map_size = 32;
+  const auto explain = [&] {
+    const Renderer renderer(scene, settings, device_selector());
     return fmt::format("{}", fmt::join(renderer.explanation(), "\n"));
   };
-  Settings settings = small_settings();
-  EXPECT_NE(explain(settings).find("; guides of samples in up to "), std::string::npos);
+  EXPECT_NE(explain().find("; guides of samples in up to 1024 tiles a light"), std::string::npos) << explain();
+  scene.lights.assign(24, scene.lights[0]);  // 25 kB a light and tile
+  EXPECT_NE(explain().find("; no guides of samples, which would take more than 512 MiB"), std::string::npos)
+      << explain();
   settings.estimator = Estimator::radial;
-  EXPECT_EQ(explain(settings).find("guides"), std::string::npos);
+  EXPECT_EQ(explain().find("guides"), std::string::npos) << explain();
 }
 
 // A flat object seen edge-on by a light gets none of it: the other light has all the samples.

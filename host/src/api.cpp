@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <atomic>
-#include <cctype>
 #include <cstring>
 #include <memory>
 #include <new>
@@ -53,6 +52,7 @@ using parian::buffer_of;
 using parian::Error;
 using parian::ErrorKind;
 using parian::give;
+using parian::in_api_terms;
 using parian::one_of;
 using parian::refuse;
 using parian::taken;
@@ -79,27 +79,6 @@ parian_status status_of(ErrorKind kind, int code) {
     default:
       return PARIAN_DEVICE_FAILED;
   }
-}
-
-/// A text of the library, which names options as the command line does, in the API's names.
-std::string in_api_terms(std::string text) {
-  const auto replace = [&](const std::string& name, const std::string& with) {
-    for (std::size_t i = 0; (i = text.find(name, i)) != std::string::npos; i += with.size())
-      text.replace(i, name.size(), with);
-  };
-  replace(" with --device", "");
-  replace("--gather layers", "views PARIAN_LAYERS");
-  replace("--size", "film");
-  for (std::size_t i = 0; (i = text.find("--", i)) != std::string::npos;) {
-    if (i > 0 && text[i - 1] != ' ') {  // of somebody's own name
-      i += 2;
-      continue;
-    }
-    text.erase(i, 2);
-    for (; i < text.size() && (std::islower(static_cast<unsigned char>(text[i])) || text[i] == '-'); ++i)
-      if (text[i] == '-') text[i] = '_';
-  }
-  return text;
 }
 
 /// Notes what `message()` says.

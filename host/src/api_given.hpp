@@ -20,6 +20,9 @@ namespace parian {
 /// Throws Error(usage): the caller's mistake, in words that name the argument and the remedy.
 [[noreturn]] void refuse(const std::string& what);
 
+/// A text of the library, which names options as the command line does, with the names that they have in the API.
+[[nodiscard]] std::string in_api_terms(std::string text);
+
 /// What the caller gave, with zeros for what his header doesn't have yet.
 template <class T>
 T taken(const T* given, const char* what) {
