@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <atomic>
-#include <cstring>
 #include <memory>
 #include <new>
 #include <optional>
