@@ -46,7 +46,7 @@ Bias bias_of(const Scene& scene, std::uint32_t layer_size, const Image& direct) 
 // about 20 %, and are looked at from 8 subpixel positions instead of 64: with layers of 64, eight seeds gave 0.58 to
 // 0.74 times what is measured, with guides or without.
 TEST(Bias, estimate_agrees_with_what_layers_add) {
-  const Scene scene = scene_of(model("concave"), find_material("marble"));
+  const Scene scene = bare_scene(model("concave"), find_material("marble"));
   Settings settings = converging();
   settings.gather = Gather::camera;
   const Rendered direct = render(scene, settings, 32);
@@ -64,7 +64,7 @@ TEST(Bias, estimate_agrees_with_what_layers_add) {
 }
 
 TEST(Bias, above_the_target_it_is_a_warning_with_a_remedy) {
-  const Scene scene = scene_of(model("concave"), find_material("marble"));
+  const Scene scene = bare_scene(model("concave"), find_material("marble"));
   Settings settings = converging();
   settings.layer_size = 16;
   for (const double error : {1e-3, 0.0, 0.9}) {

@@ -55,12 +55,12 @@ class BssrdfOnDevice : public testing::TestWithParam<std::tuple<Model, int>> {
   BssrdfOnDevice() {
     Settings settings;
     settings.model = model_;
-    Plan plan = make_plan(scene_of(icosphere(1)), settings, compute_.info());
+    Plan plan = make_plan(scene_of(icosphere(1)), settings, opened().info());
     set_option(plan.options, "VW", width_);
-    compute_.build(plan.options);
+    compute_ = built(plan.options);
   }
   std::vector<float> evaluate(const std::vector<VectorCase>& cases) {
-    return device_bssrdf(compute_, cases, model_, static_cast<std::uint32_t>(width_));
+    return device_bssrdf(*compute_, cases, model_, static_cast<std::uint32_t>(width_));
   }
   void expect_judged_well(const std::vector<VectorCase>& cases) {
     const Judgement j = judge(cases, evaluate(cases), model_);
@@ -76,7 +76,7 @@ class BssrdfOnDevice : public testing::TestWithParam<std::tuple<Model, int>> {
 
   const Model model_ = std::get<0>(GetParam());
   const int width_ = std::get<1>(GetParam());
-  Compute compute_{test_selector()};
+  std::shared_ptr<Compute> compute_;
 };
 
 TEST_P(BssrdfOnDevice, AgreesWithTheVectorFile) { expect_judged_well(vector_file()); }

@@ -33,16 +33,16 @@ std::string broken_program(const std::string& from, const std::string& to) {
 struct Prepared {
   explicit Prepared(const std::string& program = kernel_sources, std::uint32_t width = 0,
                     Model model = Model::directional)
-      : compute(test_selector()) {
+      : shared(built(options(width, model), test_selector(), program)), compute(*shared) {}
+  static std::string options(std::uint32_t width, Model model) {
     Settings settings;
     settings.model = model;
-    Plan plan = make_plan(scene_of(icosphere(1)), settings, compute.info());
-    lanes = width > 0 ? width : plan.lanes;
-    set_option(plan.options, "VW", static_cast<int>(lanes));
-    compute.build(plan.options, program);
+    Plan plan = make_plan(scene_of(icosphere(1)), settings, opened().info());
+    if (width > 0) set_option(plan.options, "VW", static_cast<int>(width));
+    return plan.options;
   }
-  Compute compute;
-  std::uint32_t lanes = 1;
+  std::shared_ptr<Compute> shared;
+  Compute& compute;
 };
 
 std::string failures(const CheckReport& report) {

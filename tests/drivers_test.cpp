@@ -57,7 +57,7 @@ struct WayBench : Bench {
 TEST(Drivers, AreThoseAskedFor) {
   std::set<std::string> platforms;
   for (const std::string& selector : selectors()) {
-    const DeviceInfo info = Compute(selector).info();
+    const DeviceInfo info = opened(selector).info();
     fmt::print("{}: {}, {}\n", info.platform, info.name, info.version);
     platforms.insert(info.platform);
   }
@@ -232,10 +232,10 @@ TEST(Drivers, RenderTheSamePicture) {
   Settings settings = small_settings();
   settings.layers = 6, settings.layer_size = 24, settings.light_map_size = 48, settings.samples = 8;
   settings.gather = Gather::camera;
-  const Scene scene = scene_of(torus(36, 18, 35, 15), medium(), glm::uvec2(40, 40));
+  const Scene scene = bare_scene(torus(36, 18, 35, 15), medium(), {40, 40});
   Image first;
   for (const std::string& selector : selectors()) {
-    Renderer renderer(scene, settings, selector);
+    Renderer renderer = renderer_of(scene, settings, selector);
     renderer.frame();
     renderer.frame();
     const Image image = renderer.image(0);

@@ -93,7 +93,7 @@ void expect_honest(const Case& c, std::uint32_t seeds) {
   settings.seed = 4242;
   const std::uint32_t more = std::max(1U, 128 / settings.samples);
   settings.samples *= more;
-  Renderer reference_renderer(c.scene, settings, device_selector());
+  Renderer reference_renderer = renderer_of(c.scene, settings);
   while (reference_renderer.frames() * more < 100 * longest) reference_renderer.frame();
   const Image reference = reference_renderer.image(0);
   for (const bool pyramids : {false, true}) {
@@ -102,7 +102,7 @@ void expect_honest(const Case& c, std::uint32_t seeds) {
       settings = c.settings;
       settings.pyramids = pyramids;
       settings.seed = seed;
-      Renderer renderer(c.scene, settings, device_selector());
+      Renderer renderer = renderer_of(c.scene, settings);
       while (renderer.frames() < longest) {
         renderer.frame();
         if (renderer.checkpoint()) renderer.estimate();
@@ -128,7 +128,7 @@ void expect_honest(const Case& c, std::uint32_t seeds) {
 }
 
 TEST(Estimate, is_honest_of_marble_lit_from_behind) {
-  const Scene scene = scene_of(model("torus"), find_material("marble"));
+  const Scene scene = bare_scene(model("torus"), find_material("marble"));
   expect_honest({"marble torus", scene, small_settings(), {8, 32}}, 4);
 }
 
@@ -138,14 +138,14 @@ TEST(Estimate, is_honest_of_few_samples) {
   settings.samples = 2;
   settings.layer_size = 96;
   settings.layers = 8;
-  const Scene scene = scene_of(model("concave"), find_material("marble"));
+  const Scene scene = bare_scene(model("concave"), find_material("marble"));
   expect_honest({"2 samples, concave", scene, settings, {32, 64}}, 4);
 }
 
 TEST(Estimate, is_honest_of_skin_lit_twice) {
   Settings settings = small_settings();
   settings.light_map_size = 256;
-  Scene scene = scene_of(model("figure"), find_material("skin2"));
+  Scene scene = bare_scene(model("figure"), find_material("skin2"));
   scene.lights.push_back({{-0.8, 0.35, 0.5}, {0.5, 0.7, 1.5}});
   expect_honest({"skin2 figure", scene, settings, {2, 8}}, 3);
 }
@@ -153,7 +153,7 @@ TEST(Estimate, is_honest_of_skin_lit_twice) {
 // Noise of the fewest samples that there can be becomes blur, and less error: a level between the finest and the
 // coarsest is best. Texels smaller than a pixel, so that a coarse level has something to average; over 24 seeds.
 TEST(Estimate, pyramids_help_where_samples_are_few) {
-  const Scene scene = scene_of(model("concave"), find_material("marble"));
+  const Scene scene = bare_scene(model("concave"), find_material("marble"));
   Settings settings = small_settings();
   settings.layer_size = 160;
   settings.pyramids = false;

@@ -80,11 +80,8 @@ class EvaluationKernel {
  public:
   /// The library's form at a width, or the plain one for 0, in groups of up to `group` work-items.
   EvaluationKernel(const std::string& selector, std::uint32_t lanes, const Evaluations& e, std::size_t group = 64)
-      : compute_(selector), evaluations_(e), plain_(lanes == 0) {
+      : evaluations_(e), plain_(lanes == 0), shared_(built_form(selector, lanes)), compute_(*shared_) {
     compute_.limit_groups(group);
-    std::ifstream file(PARIAN_TEST_KERNELS + std::string(plain_ ? "/plain_dipole.cl" : "/library_dipole.cl"));
-    const std::string text{std::istreambuf_iterator<char>(file), {}};
-    compute_.build("-cl-std=CL1.2 -DVW=" + std::to_string(plain_ ? 8 : lanes), plain_ ? text : with_headers(text));
     std::vector<float> plain;
     std::vector<kernels::Medium> media;
     for (const ChannelConstants& c : evaluation_channels()) {
@@ -117,13 +114,20 @@ class EvaluationKernel {
   [[nodiscard]] const DeviceInfo& info() const { return compute_.info(); }
 
  private:
+  static std::shared_ptr<Compute> built_form(const std::string& selector, std::uint32_t lanes) {
+    std::ifstream file(PARIAN_TEST_KERNELS + std::string(lanes == 0 ? "/plain_dipole.cl" : "/library_dipole.cl"));
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    return built("-cl-std=CL1.2 -DVW=" + std::to_string(lanes == 0 ? 8 : lanes), selector,
+                 lanes == 0 ? text : with_headers(text));
+  }
   [[nodiscard]] double kernel_seconds() {
     const auto& by_stage = compute_.kernel_seconds();
     return by_stage.empty() ? 0.0 : by_stage.at(Stage::plan);
   }
-  Compute compute_;
   const Evaluations& evaluations_;
   bool plain_;
+  std::shared_ptr<Compute> shared_;
+  Compute& compute_;
   cl::Buffer media_, samples_, points_, sums_;
 };
 

@@ -48,9 +48,9 @@ struct Read {
     scene.cameras.push_back({sheet.centre + glm::dvec3(0, 0, 100), sheet.centre});
     Settings settings;
     settings.still = false;
-    Compute compute(test_selector());
-    const Plan plan = make_plan(scene, settings, compute.info());
-    compute.build(plan.options);
+    const Plan plan = make_plan(scene, settings, opened().info());
+    const std::shared_ptr<Compute> shared = built(plan.options);
+    Compute& compute = *shared;
     Passes passes(compute, plan);
     allocate_geometry(passes, sheet.vertices(), sheet.triangles());
     read_geometry(passes, {compute.upload(sheet.positions), compute.upload(sheet.corners), 1, 5, 2});

@@ -16,7 +16,7 @@ struct Rendering {
 };
 
 Rendering run(const Scene& scene, const Settings& settings, std::uint32_t frames) {
-  Renderer renderer(scene, settings, device_selector());
+  Renderer renderer = renderer_of(scene, settings);
   Rendering r;
   while (renderer.frames() < frames) {
     renderer.frame();
@@ -128,7 +128,7 @@ bool same_coverage(const Image& a, const Image& b) {
 }
 
 void check(const Case& c) {
-  Scene scene = scene_of(model("torus"), find_material("marble"));
+  Scene scene = bare_scene(model("torus"), find_material("marble"));
   Settings settings = small_settings();
   c.change(scene, settings);
   Settings keep = settings;
@@ -176,7 +176,7 @@ TEST(Omissions, all_are_tried) {
 
 // Before the first frame and after the last, `--explain` and `--stats` name the same for the same reasons.
 TEST(Omissions, explanation_and_statistics_agree) {
-  Renderer renderer(scene_of(model("torus"), material(2.0, 0.01)), small_settings(), device_selector());
+  Renderer renderer = renderer_of(bare_scene(model("torus"), material(2.0, 0.01)), small_settings());
   const auto explain = [&] { return fmt::format("{}", fmt::join(renderer.explanation(), "\n")); };
   const std::string before = explain();
   for (int i = 0; i < 3; ++i) renderer.frame();
@@ -190,12 +190,12 @@ TEST(Omissions, explanation_and_statistics_agree) {
 }
 
 TEST(Omissions, explanation_says_whether_there_are_guides) {
-  Scene scene = scene_of(model("torus"), find_material("marble"), {512, 512});
+  Scene scene = bare_scene(model("torus"), find_material("marble"), {512, 512});
   Settings settings = small_settings();
   settings.gather = Gather::camera;
   settings.light_map_size = 32;
   const auto explain = [&] {
-    const Renderer renderer(scene, settings, device_selector());
+    const Renderer renderer = renderer_of(scene, settings);
     return fmt::format("{}", fmt::join(renderer.explanation(), "\n"));
   };
   EXPECT_NE(explain().find("; guides of samples in up to 1024 tiles a light"), std::string::npos) << explain();
@@ -209,7 +209,7 @@ TEST(Omissions, explanation_says_whether_there_are_guides) {
 // A flat object seen edge-on by a light gets none of it: the other light has all the samples.
 TEST(Omissions, light_along_the_surface) {
   Scene scene =
-      scene_of(mesh_of({{-30, -20, 0}, {30, -25, 0}, {0, 30, 0}}, {0, 1, 2}), find_material("marble"), {32, 32});
+      bare_scene(mesh_of({{-30, -20, 0}, {30, -25, 0}, {0, 30, 0}}, {0, 1, 2}), find_material("marble"), {32, 32});
   scene.lights = {{{0, 0, 1}, glm::dvec3(1.0)}};
   const Rendering alone = run(scene, small_settings(), 2);
   scene.lights.push_back({{0.6, 0.8, 0}, glm::dvec3(5.0)});
@@ -221,7 +221,7 @@ TEST(Omissions, light_along_the_surface) {
 
 // One view of a grey object needs a third of the evaluations for its channels, and less than half of the texels.
 TEST(Omissions, grey_still_takes_a_sixth) {
-  const Scene scene = scene_of(model("figure"), material(2.0, 0.01), {128, 128});
+  const Scene scene = bare_scene(model("figure"), material(2.0, 0.01), {128, 128});
   for (const Gather gather : {Gather::layers, Gather::automatic}) {
     const auto evaluations = [&](const std::set<std::string>& keep) {
       Settings settings = small_settings();

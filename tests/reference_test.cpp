@@ -18,7 +18,7 @@ namespace {
 
 using test::material;
 using test::model;
-using test::scene_of;
+using test::bare_scene;
 
 constexpr double pi = std::numbers::pi;
 
@@ -130,7 +130,7 @@ TEST(ReferenceTest, DirectionalDipoleOnAPlaneAgreesWithQuadrature) {
 }
 
 Scene small_scene(const std::string& name, double size_mm = 100.0, std::uint32_t pixels = 32) {
-  return scene_of(model(name, size_mm), find_material("marble"), {pixels, pixels});
+  return bare_scene(model(name, size_mm), find_material("marble"), {pixels, pixels});
 }
 
 // A film's mean z^2 is that of a normal deviate, 1, up to the heavier tail of a variance from 64 batches: that alone

@@ -23,7 +23,7 @@ struct Limit {
 
 void expect_all_sane(const std::vector<Limit>& limits, glm::bvec3 lit = {true, true, true}) {
   for (const Limit& limit : limits) {
-    Scene scene = scene_of(model("torus"), find_material("marble"), {40, 40});
+    Scene scene = bare_scene(model("torus"), find_material("marble"), {40, 40});
     Settings settings = smallest_settings();
     limit.change(scene, settings);
     const Rendered r = render(scene, settings, 2);
@@ -57,7 +57,7 @@ TEST(RenderLimits, materials) {
 
 // The lit crescent of the torus is some pixels wide; light doesn't get a pixel beyond it.
 TEST(RenderLimits, mean_free_path_of_a_ten_thousandth) {
-  Scene scene = scene_of(model("torus"), material(100.0, 1.0), {40, 40});
+  Scene scene = bare_scene(model("torus"), material(100.0, 1.0), {40, 40});
   scene.lights[0].towards = {0.2, 0.3, 1.0};
   const Rendered r = render(scene, smallest_settings(), 2);
   expect_sane(r, "short path", {false, false, false});
@@ -84,7 +84,7 @@ TEST(RenderLimits, models_and_estimators) {
 TEST(RenderLimits, estimators_agree_on_the_mean) {
   double mean[3];
   for (const Estimator e : {Estimator::automatic, Estimator::radial, Estimator::disc}) {
-    Scene scene = scene_of(model("torus"), find_material("marble"), {40, 40});
+    Scene scene = bare_scene(model("torus"), find_material("marble"), {40, 40});
     scene.lights[0].towards = {0.2, 0.3, 1.0};
     Settings settings = smallest_settings();
     settings.pyramids = false;
@@ -116,7 +116,7 @@ TEST(RenderLimits, cameras) {
 // What lies behind the eye is nowhere on the film.
 TEST(RenderLimits, cameras_that_see_nothing) {
   for (const bool behind : {true, false}) {
-    Scene scene = scene_of(model("torus"), find_material("marble"), {40, 40});
+    Scene scene = bare_scene(model("torus"), find_material("marble"), {40, 40});
     Camera& camera = scene.cameras[0];
     camera.target = camera.eye + (behind ? camera.eye : glm::dvec3(1, 0, -0.1));
     const Rendered r = render(scene, smallest_settings(), 2);
@@ -167,7 +167,7 @@ TEST(RenderLimits, films_and_sizes) {
 
 TEST(RenderLimits, meshes) {
   const auto a = [](const Mesh& mesh) {
-    return [&mesh](Scene& scene, Settings&) { scene = scene_of(mesh, scene.material, scene.film); };
+    return [&mesh](Scene& scene, Settings&) { scene = bare_scene(mesh, scene.material, scene.film); };
   };
   const Mesh triangle = mesh_of({{-30, -20, 0}, {30, -25, 5}, {0, 30, -5}}, {0, 1, 2});
   const Mesh needle = mesh_of({{-50, 0, 0}, {50, 0.001, 0}, {0, 0.01, 0}, {0, 0, 8}}, {0, 1, 2, 0, 3, 1});
@@ -199,7 +199,7 @@ TEST(RenderLimits, no_light_or_no_scattering_is_exactly_black) {
   for (const std::set<std::string>& keep : {std::set<std::string>(), {"black-channels", "dark-lights"}}) {
     Settings settings = smallest_settings();
     settings.keep = keep;
-    Scene scene = scene_of(model("torus"), find_material("marble"), {40, 40});
+    Scene scene = bare_scene(model("torus"), find_material("marble"), {40, 40});
     scene.lights[0].irradiance = glm::dvec3(0.0);
     const Rendered dark = render(scene, settings, 2);
     expect_sane(dark, "no irradiance");
@@ -221,7 +221,7 @@ TEST(RenderLimits, no_light_or_no_scattering_is_exactly_black) {
 }
 
 TEST(RenderLimits, one_black_channel_stays_black) {
-  Scene scene = scene_of(model("torus"), find_material("marble"), {40, 40});
+  Scene scene = bare_scene(model("torus"), find_material("marble"), {40, 40});
   scene.material.sigma_s.y = 0.0;
   const Rendered r = render(scene, smallest_settings(), 2);
   expect_sane(r, "black green", {true, false, true});
@@ -233,7 +233,7 @@ TEST(RenderLimits, one_black_channel_stays_black) {
 // A box seen straight on covers a rectangle of the film: alpha is 1 inside it, 0 outside, and at its edges the share
 // of 64 positions that it covers, to 1.5 of 8 rows of them.
 TEST(RenderLimits, alpha_is_coverage) {
-  Scene scene = scene_of(box({20, 20, 20}), find_material("marble"), {40, 40});
+  Scene scene = bare_scene(box({20, 20, 20}), find_material("marble"), {40, 40});
   scene.cameras[0].eye = {0, 0, 110};
   scene.cameras[0].target = {0, 0, 0};
   const Rendered r = render(scene, smallest_settings(), 1);

@@ -12,7 +12,7 @@ namespace {
 
 using namespace test;
 
-Scene marble_torus() { return scene_of(model("torus"), find_material("marble")); }
+Scene marble_torus() { return bare_scene(model("torus"), find_material("marble")); }
 
 // Powers of two change exponents only; the renderer's own unit is the object's radius. Tolerance: none.
 TEST(Render, scaled_world_is_the_same_to_the_bit) {
@@ -188,7 +188,7 @@ constexpr double largest_z2 = 1.5;
 constexpr double mean_tolerance = 0.003;  // the noise of the means is a tenth of it
 
 TEST(Render, two_lights_are_the_sum_of_each_alone) {
-  Scene scene = scene_of(model("torus"), find_material("marble"), {48, 48});
+  Scene scene = bare_scene(model("torus"), find_material("marble"), {48, 48});
   const DirectionalLight first{{0.5, 0.6, -0.6}, {3.0, 2.0, 1.0}}, second{{-0.8, 0.35, 0.5}, {0.5, 0.7, 1.5}};
   Settings settings = small_settings();
   settings.pyramids = false;
@@ -210,7 +210,7 @@ TEST(Render, two_lights_are_the_sum_of_each_alone) {
 // Layers and light maps then lie elsewhere on the object, so that interpolation differs: the noise of 2 frames of 4
 // samples hides that from z^2, but not from the mean.
 TEST(Render, rotated_world_looks_the_same) {
-  const Scene scene = scene_of(model("torus"), find_material("marble"), {48, 48});
+  const Scene scene = bare_scene(model("torus"), find_material("marble"), {48, 48});
   Settings settings = small_settings();
   settings.pyramids = false;
   settings.layer_size = 96;
@@ -231,7 +231,7 @@ TEST(Render, rotated_world_looks_the_same) {
 
 // Ids break ties only, on edges where two triangles have the same depth.
 TEST(Render, order_of_triangles_does_not_matter) {
-  Scene scene = scene_of(model("concave"), find_material("marble"));
+  Scene scene = bare_scene(model("concave"), find_material("marble"));
   const Rendered r = render(scene, small_settings(), 4);
   std::vector<std::size_t> order(scene.mesh.triangles.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -248,7 +248,7 @@ TEST(Render, order_of_triangles_does_not_matter) {
 }
 
 TEST(Render, same_scene_twice_is_the_same_to_the_bit) {
-  Scene scene = scene_of(model("concave"), find_material("skin2"));
+  Scene scene = bare_scene(model("concave"), find_material("skin2"));
   scene.lights.push_back({{-0.8, 0.35, 0.5}, {0.5, 0.7, 1.5}});
   const Rendered a = render(scene, small_settings(), 4), b = render(scene, small_settings(), 4);
   EXPECT_TRUE(same_bits(a.image, b.image)) << difference(a.image, b.image);
@@ -264,7 +264,7 @@ TEST(Render, same_scene_twice_is_the_same_to_the_bit) {
 TEST(Render, looking_in_between_changes_nothing) {
   Settings settings = small_settings();
   settings.pyramids = false;
-  Renderer a(marble_torus(), settings, device_selector()), b(marble_torus(), settings, device_selector());
+  Renderer a = renderer_of(marble_torus(), settings), b = renderer_of(marble_torus(), settings);
   for (int i = 0; i < 5; ++i) {
     a.frame();
     b.frame();
@@ -283,7 +283,7 @@ TEST(Render, views_by_camera_are_as_each_alone) {
   scene.cameras.push_back(second);
   Settings settings = small_settings();
   settings.gather = Gather::camera;
-  Renderer both(scene, settings, device_selector());
+  Renderer both = renderer_of(scene, settings);
   for (int i = 0; i < 5; ++i) both.frame();
   for (std::size_t camera = 0; camera < 2; ++camera) {
     Scene one = scene;

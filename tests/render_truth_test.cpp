@@ -46,7 +46,7 @@ double integral_over_square(const Material& m, Model model, double side) {
 TEST(RenderTruth, middle_of_a_slab) {
   for (const auto& [name, model] : {std::pair("directional", Model::directional),
                                     std::pair("standard", Model::standard), std::pair("better", Model::better)}) {
-    Scene scene = scene_of(box({100, 100, 10}), material(2.0, 0.01, 1.5), {16, 16});
+    Scene scene = bare_scene(box({100, 100, 10}), material(2.0, 0.01, 1.5), {16, 16});
     scene.lights[0] = {{0, 0, 1}, {1.0, 2.0, 4.0}};
     scene.cameras[0] = {{0, 0, 205}, {0, 0, 0}, {0, 1, 0}, 1.7};
     Settings settings = small_settings();
@@ -75,7 +75,7 @@ TEST(RenderTruth, middle_of_a_slab) {
 // nothing else of its direction. Seen at an angle too: T21 of the view, no cosine.
 TEST(RenderTruth, slanted_light_and_view) {
   const double light = std::numbers::pi / 3, view = 0.8;
-  Scene scene = scene_of(box({100, 100, 10}), material(2.0, 0.01, 1.5), {16, 16});
+  Scene scene = bare_scene(box({100, 100, 10}), material(2.0, 0.01, 1.5), {16, 16});
   scene.lights[0] = {{std::sin(light), 0, std::cos(light)}, glm::dvec3(1.0)};
   scene.cameras[0] = {{0, 200 * std::sin(view), 200 * std::cos(view) + 5}, {0, 0, 5}, {0, 1, 0}, 1.0};
   Settings settings = small_settings();
@@ -101,7 +101,7 @@ double omitted(const Statistics& s, const std::string& what) {
 
 // With 16 layers of the figure hardly anything is unseen; what is, is sampled at the pixels themselves.
 TEST(RenderStatistics, figure) {
-  Scene scene = scene_of(model("figure"), find_material("marble"), {128, 128});
+  Scene scene = bare_scene(model("figure"), find_material("marble"), {128, 128});
   Settings settings = small_settings();
   settings.layers = 16;
   settings.layer_size = 96;
@@ -131,7 +131,7 @@ TEST(RenderStatistics, figure) {
 }
 
 TEST(RenderStatistics, lights_share_the_samples) {
-  Scene scene = scene_of(model("torus"), find_material("marble"), {32, 32});
+  Scene scene = bare_scene(model("torus"), find_material("marble"), {32, 32});
   scene.lights = {{{1, 0, 1}, glm::dvec3(3.0)}, {{-1, 0, 1}, glm::dvec3(1.0)}, {{0, 1, 0}, glm::dvec3(0.0)}};
   Settings settings = small_settings();
   settings.layers = 8;

@@ -1,10 +1,13 @@
-// Runs small kernels over the shared headers on the OpenCL device under test.
+// The OpenCL device under test: programs that all tests of a process share, and small kernels over the shared headers.
 #pragma once
 #include <CL/opencl.hpp>
 #include <cstdlib>
 #include <limits>
+#include <map>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "compute.hpp"
@@ -12,10 +15,44 @@
 
 namespace parian {
 
-/// The device that PARIAN_DEVICE means, as it does to the library.
-inline cl::Device test_device() {
+/// What PARIAN_DEVICE says, as the library takes it.
+inline std::string test_selector() {
   const char* wanted = std::getenv("PARIAN_DEVICE");
-  return Compute(wanted ? wanted : "").device();
+  return wanted ? wanted : "";
+}
+
+/// What a selector means: one device and one context of it for the whole process.
+inline Compute& opened(const std::string& selector = test_selector()) {
+  static auto& all = *new std::map<std::string, Compute>;  // never destroyed: drivers may end first
+  return all.try_emplace(selector, selector).first->second;
+}
+
+/// The device that PARIAN_DEVICE means.
+inline cl::Device test_device() { return opened().device(); }
+
+/// A device with a program, for one owner at a time, who leaves it as good as new. Programs are built once in a
+/// process, since building takes drivers longer than most tests do.
+inline std::shared_ptr<Compute> built(const std::string& options, const std::string& selector = test_selector(),
+                                      const std::string& program = kernel_sources) {
+  using Key = std::tuple<std::string, std::string, std::string>;
+  static auto& idle = *new std::multimap<Key, std::unique_ptr<Compute>>;
+  const Key key{selector, options, program};
+  std::unique_ptr<Compute> compute;
+  if (const auto found = idle.find(key); found != idle.end()) {
+    compute = std::move(found->second);
+    idle.erase(found);
+  } else {
+    compute = std::make_unique<Compute>(opened(selector).context()(), opened(selector).device()());
+    compute->use(nullptr, {});
+    compute->build(options, program);
+  }
+  return {compute.release(), [key](Compute* used) {
+            used->drain();
+            used->release_all();
+            used->limit_groups(64);
+            used->ask({});
+            idle.emplace(key, used);
+          }};
 }
 
 /// The headers of the embedded program, up to bssrdf.h, followed by `kernels`.
@@ -53,7 +90,7 @@ class TestDevice {
 
  private:
   cl::Device device_ = test_device();
-  cl::Context context_{device_};
+  cl::Context context_ = opened().context();
   cl::CommandQueue queue_{context_, device_};
 };
 

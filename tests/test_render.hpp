@@ -13,14 +13,11 @@
 
 #include "medium.hpp"
 #include "mesh_file.hpp"
+#include "plan.hpp"
 #include "renderer.hpp"
+#include "test_device.hpp"
 
 namespace parian::test {
-
-inline std::string device_selector() {
-  const char* wanted = std::getenv("PARIAN_DEVICE");
-  return wanted ? wanted : "";
-}
 
 /// A shipped model, its box's centre at the origin and its longest side `size_mm`, as the command line places it.
 inline const Mesh& model(const std::string& name, double size_mm = 100.0) {
@@ -60,7 +57,7 @@ inline Material material(double sigma_s_prime, double sigma_a, double ior = 1.3)
 }
 
 /// The default scene of a bare mesh: seen from the front so that the bounding sphere fits, lit from behind.
-inline Scene scene_of(const Mesh& mesh, const Material& material, glm::uvec2 film = {64, 64}) {
+inline Scene bare_scene(const Mesh& mesh, const Material& material, glm::uvec2 film = {64, 64}) {
   Scene scene;
   scene.mesh = mesh;
   scene.material = material;
@@ -84,6 +81,17 @@ inline Settings small_settings() {
   return settings;
 }
 
+/// A device with the program that a scene's plan asks for.
+inline std::shared_ptr<Compute> built_for(const Scene& scene, const Settings& settings,
+                                          const std::string& selector = test_selector()) {
+  return built(make_plan(scene, settings, opened(selector).info()).options, selector);
+}
+
+inline Renderer renderer_of(const Scene& scene, const Settings& settings,
+                            const std::string& selector = test_selector()) {
+  return {scene, settings, built_for(scene, settings, selector), nullptr};
+}
+
 struct Rendered {
   Image image;
   Statistics statistics;   ///< after the image
@@ -92,7 +100,7 @@ struct Rendered {
 
 /// Renders as the command line does: an estimate at each checkpoint, then the first camera's image.
 inline Rendered render(const Scene& scene, const Settings& settings, std::uint32_t frames) {
-  Renderer renderer(scene, settings, device_selector());
+  Renderer renderer = renderer_of(scene, settings);
   Rendered r;
   while (renderer.frames() < frames) {
     renderer.frame();

@@ -12,6 +12,7 @@
 
 #include "kernels/bssrdf.h"
 #include "passes.hpp"
+#include "test_device.hpp"
 
 namespace parian::test {
 
@@ -152,18 +153,14 @@ inline Scene scene_of(Mesh mesh, Material material = medium(), std::vector<Direc
   return scene;
 }
 
-inline std::string test_selector() {
-  const char* wanted = std::getenv("PARIAN_DEVICE");
-  return wanted ? wanted : "";
-}
-
 /// A scene on the device under test. `change` may edit the plan before anything is compiled.
 struct Bench {
   explicit Bench(Scene s, const Settings& settings = {}, const std::function<void(Plan&)>& change = {},
                  const std::string& selector = test_selector())
-      : scene(std::move(s)), compute(selector), plan(make_plan(scene, settings, compute.info())) {
-    if (change) change(plan);
-    compute.build(plan.options);
+      : scene(std::move(s)),
+        plan(changed(make_plan(scene, settings, opened(selector).info()), change)),
+        shared(built(plan.options, selector)),
+        compute(*shared) {
     upload_geometry(passes, scene.mesh);
     passes.media = compute.upload(plan.media);
     passes.rho = compute.upload(plan.density.rho);
@@ -175,10 +172,17 @@ struct Bench {
   }
 
   Scene scene;
-  Compute compute;
   Plan plan;
+  std::shared_ptr<Compute> shared;
+  Compute& compute;
   Passes passes{compute, plan};
   std::vector<glm::dvec3> points;  ///< positions in object units
+
+ private:
+  static Plan changed(Plan plan, const std::function<void(Plan&)>& change) {
+    if (change) change(plan);
+    return plan;
+  }
 };
 
 inline kernels::Window window_of(std::uint32_t width, std::uint32_t height, int sample_x = 128, int sample_y = 128) {
