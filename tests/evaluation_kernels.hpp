@@ -12,6 +12,7 @@
 
 #include "compute.hpp"
 #include "medium.hpp"
+#include "source_file.hpp"
 #include "test_device.hpp"
 
 namespace parian::test {
@@ -82,7 +83,7 @@ class EvaluationKernel {
   EvaluationKernel(const std::string& selector, std::uint32_t lanes, const Evaluations& e, std::size_t group = 64)
       : compute_(selector), evaluations_(e), plain_(lanes == 0) {
     compute_.limit_groups(group);
-    std::ifstream file(PARIAN_TEST_KERNELS + std::string(plain_ ? "/plain_dipole.cl" : "/library_dipole.cl"));
+    std::ifstream file(source_file(plain_ ? "tests/plain_dipole.cl" : "tests/library_dipole.cl"));
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     compute_.build("-cl-std=CL1.2 -DVW=" + std::to_string(plain_ ? 8 : lanes), plain_ ? text : with_headers(text));
     std::vector<float> plain;
