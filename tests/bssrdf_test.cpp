@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "source_file.hpp"
 #include "test_scene.hpp"
 #include "vectors.hpp"
 
@@ -13,7 +14,7 @@ namespace {
 
 using namespace test;
 
-std::vector<VectorCase> vector_file() { return read_vectors(PARIAN_TEST_DATA "/vectors.json"); }
+std::vector<VectorCase> vector_file() { return read_vectors(source_file("tests/data/vectors.json")); }
 
 /// Inputs where formulas go 0/0 or leave the range of float32.
 const std::vector<VectorCase>& extreme_vectors() {

@@ -12,6 +12,7 @@
 
 #include "compute.hpp"
 #include "medium.hpp"
+#include "source_file.hpp"
 #include "test_device.hpp"
 
 namespace parian::test {
@@ -115,7 +116,7 @@ class EvaluationKernel {
 
  private:
   static std::shared_ptr<Compute> built_form(const std::string& selector, std::uint32_t lanes) {
-    std::ifstream file(PARIAN_TEST_KERNELS + std::string(lanes == 0 ? "/plain_dipole.cl" : "/library_dipole.cl"));
+    std::ifstream file(source_file(lanes == 0 ? "tests/plain_dipole.cl" : "tests/library_dipole.cl"));
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     return built("-cl-std=CL1.2 -DVW=" + std::to_string(lanes == 0 ? 8 : lanes), selector,
                  lanes == 0 ? text : with_headers(text));

@@ -15,6 +15,7 @@
 #include "mesh_file.hpp"
 #include "plan.hpp"
 #include "renderer.hpp"
+#include "source_file.hpp"
 #include "test_device.hpp"
 
 namespace parian::test {
@@ -24,7 +25,7 @@ inline const Mesh& model(const std::string& name, double size_mm = 100.0) {
   static std::map<std::pair<std::string, double>, Mesh> loaded;
   Mesh& mesh = loaded[{name, size_mm}];
   if (!mesh.triangles.empty()) return mesh;
-  PolygonMesh polygons = read_mesh_file(std::string(PARIAN_MESHES "/") + name + ".ply");
+  PolygonMesh polygons = read_mesh_file(source_file("meshes/" + name + ".ply"));
   glm::dvec3 low(INFINITY), high(-INFINITY);
   for (const auto& p : polygons.points) {
     low = glm::min(low, p);
