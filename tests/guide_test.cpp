@@ -1,6 +1,7 @@
 // Guides of samples: the curve, lists of what is lit along it, slots that give about as much light each, and room.
 #include <gtest/gtest.h>
 
+#include <map>
 #include <numeric>
 
 #include "kernels/sampling.h"
@@ -21,10 +22,20 @@ TEST(Guides, CubesThatComeOneAfterTheOtherAreNeighbours) {
   }
 }
 
-class GuidesOf : public testing::TestWithParam<std::pair<const char*, Material>> {};
+class GuidesOf : public testing::TestWithParam<std::pair<const char*, Material>> {
+ protected:
+  /// Everything is needed; made once for each material.
+  static const LitBench& lit_bench() {
+    static auto& made = *new std::map<std::string, LitBench>;  // never destroyed: drivers may end first
+    return made
+        .try_emplace(GetParam().first, GetParam().second, std::vector{light_a, light_b}, 100U, false, 1U,
+                     std::function<void(Plan&)>())
+        .first->second;
+  }
+};
 
 TEST_P(GuidesOf, ListWhatIsLitAlongACurve) {
-  LitBench b(GetParam().second, {light_a, light_b}, 100, false, 1, {});
+  const LitBench& b = lit_bench();
   const LightMaps& maps = b.passes.light_maps;
   for (std::size_t map = 0; map < 4; ++map) {
     const Guide guide(b, map / 2, map % 2, 0);
@@ -60,7 +71,7 @@ TEST_P(GuidesOf, ListWhatIsLitAlongACurve) {
 }
 
 TEST_P(GuidesOf, SlotsGiveAboutAsMuchLightEach) {
-  LitBench b(GetParam().second, {light_a, light_b}, 100, false, 1, {});
+  const LitBench& b = lit_bench();
   const LightMaps& maps = b.passes.light_maps;
   std::vector<double> variances;
   for (std::size_t map = 0; map < 4; ++map)

@@ -170,7 +170,7 @@ class LayersReplay : public testing::TestWithParam<Case> {};
 
 TEST_P(LayersReplay, SameSamplesInDouble) {
   const Case& c = GetParam();
-  LitBench b(c.material, {light_a, light_b}, 100, true, 4, [&](Plan& p) {
+  LitBench b(c.material, {light_a, light_b}, 100, true, fitted(4U, 6U), [&](Plan& p) {
     set_option(p.options, "VW", c.lanes);
     p.lanes = static_cast<std::uint32_t>(c.lanes);
     set_option(p.options, "ESTIMATOR", c.estimator);
@@ -304,15 +304,15 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Layers, PointsAreNumberedBlockByBlock) {
   const LitBench b(two_media, {light_a}, 100, false, 7, {});
   for (std::size_t i = 0; i < b.n; ++i) {
-    const cl_uint layer = b.needed[i] / (24 * 24), x = b.needed[i] % 24, y = b.needed[i] / 24 % 24;
-    ASSERT_EQ(std::bit_cast<std::uint32_t>(b.at[2 * i].w) ^ 0x40000000U, kernels::point_number(layer, 24, 24, x, y));
+    const cl_uint s = b.side, layer = b.needed[i] / (s * s), x = b.needed[i] % s, y = b.needed[i] / s % s;
+    ASSERT_EQ(std::bit_cast<std::uint32_t>(b.at[2 * i].w) ^ 0x40000000U, kernels::point_number(layer, s, s, x, y));
   }
 }
 
 // Which texels are needed changes no sample of those that are.
 TEST(Layers, SamplesDoNotDependOnWhatElseIsNeeded) {
-  LitBench all(two_media, {light_a, light_b}, 100, false, 1, {}),
-      some(two_media, {light_a, light_b}, 100, false, 5, {});
+  LitBench all(two_media, {light_a, light_b}, 100, false, fitted(1U, 3U), {}),
+      some(two_media, {light_a, light_b}, 100, false, fitted(5U, 15U), {});
   const std::vector<float4> of_all = all.frames(2), of_some = some.frames(2);
   for (std::size_t i = 0; i < some.n; ++i)  // every fifth
     for (std::size_t half = 0; half < 2; ++half)
@@ -320,7 +320,7 @@ TEST(Layers, SamplesDoNotDependOnWhatElseIsNeeded) {
 }
 
 TEST(Layers, HoldTheSurfaceInTheirOwnFrame) {
-  constexpr std::uint32_t size = 40, texels = size * size;
+  const std::uint32_t size = fitted(40U, 20U), texels = size * size;
   Bench b(scene_of(torus(32, 16)));
   std::vector<kernels::View> views;
   for (const glm::dvec3& d : even_directions(5)) views.push_back(orthographic_view(b.points, d, size));
@@ -374,7 +374,7 @@ TEST(Layers, EachLightHasItsOwnSumsWhereThereIsRoom) {
 
 TEST(Layers, TwoRunsGiveTheSameBits) {
   std::vector<float4> runs[2];
-  for (auto& run : runs) run = LitBench(two_media, {light_a, light_b}, 64, true, 3, {}).frames(3);
+  for (auto& run : runs) run = LitBench(two_media, {light_a, light_b}, 64, true, fitted(3U, 9U), {}).frames(3);
   ASSERT_EQ(runs[0].size(), runs[1].size());
   for (std::size_t i = 0; i < runs[0].size(); ++i)
     for (int c = 0; c < 3; ++c)

@@ -190,7 +190,8 @@ TEST(Raster, RandomTrianglesAreExact) {
   std::size_t covered = 0, samples = 0;
   for (std::uint32_t k = 0; k < std::size(kinds); ++k)
     for (const glm::uvec2 film : films) {
-      Bench b = plain(soup(7 + k, film.x == 4096 ? kinds[k].count / 2 : kinds[k].count, film, kinds[k].edge));
+      const int count = kinds[k].count / fitted(1, k == 2 ? 1 : 6);
+      Bench b = plain(soup(7 + k, film.x == 4096 ? count / 2 : count, film, kinds[k].edge));
       const View view = flat_view(film.x, film.y);
       const std::vector<RasterTriangle> records = setup(b, view);
       const std::string what = fmt::format("{} on {}x{}", kinds[k].name, film.x, film.y);
@@ -211,18 +212,18 @@ TEST(Raster, RandomTrianglesAreExact) {
 
 // One by one they are compared with exact integers above.
 TEST(Raster, PositionsSideBySideAreTheSameAsOneByOne) {
-  const std::pair<int, double> kinds[] = {{3000, 1.5}, {300, 12}, {40, 90}};
-  constexpr glm::uvec2 film(61, 47);
-  std::size_t covered = 0;
-  for (const std::uint32_t lanes : {1U, 4U, 8U, 16U})
+  const std::pair<int, double> kinds[] = {{fitted(3000, 600), 1.5}, {fitted(300, 60), 12}, {fitted(40, 15), 90}};
+  const glm::uvec2 film(fitted(61, 29), fitted(47, 21));
+  std::size_t covered = 0, samples = 0;
+  for (std::uint32_t lanes = 1; lanes <= 16; lanes *= lanes == 1 ? 4 : fitted(2U, 4U))
     for (const auto& [count, reach] : kinds) {
       const double side = reach;
       Bench b = with_lanes(soup(3, count, film, [&](Random& r) { return glm::dvec2(r(-side, side), r(-side, side)); }),
                            lanes);
       setup(b, flat_view(film.x, film.y));
-      for (const std::uint32_t positions : {2U, 4U, 8U}) {
-        Window w = window_of(33, 21);
-        w.x = 20, w.y = 9;
+      for (std::uint32_t positions = 2; positions <= 8; positions *= fitted(2U, 4U)) {
+        Window w = window_of(fitted(33, 13), fitted(21, 9));
+        w.x = fitted(20, 9), w.y = fitted(9, 7);
         const std::size_t n = std::size_t{w.width} * w.height;
         const cl::Buffer depth = b.compute.buffer<cl_uint>(n * positions),
                          ids = b.compute.buffer<cl_uint>(n * positions);
@@ -232,7 +233,7 @@ TEST(Raster, PositionsSideBySideAreTheSameAsOneByOne) {
         b.passes.film.open = b.compute.upload(open);
         b.passes.film.drawn.reset();
         // All pixels; then those that are open, twice, so that what the first left behind would show.
-        for (const std::uint32_t start : {0U, 8U, 16U}) {
+        for (std::uint32_t start = 0; start <= 16; start += fitted(8U, 16U)) {
           ASSERT_EQ(set_positions(w, start, positions), positions);
           w.restricted = start > 0;
           draw(b.passes, w, depth, &ids, Stage::layers);
@@ -250,7 +251,7 @@ TEST(Raster, PositionsSideBySideAreTheSameAsOneByOne) {
               const bool drawn = start == 0 || open[i];
               wrong += found[i * positions + k] != (drawn ? expected.ids[i] : 0xffffffffU) ||
                        found_depth[i * positions + k] != (drawn ? expected.depth[i] : 0xffffffffU);
-              covered += drawn && expected.ids[i] != 0xffffffffU;
+              covered += drawn && expected.ids[i] != 0xffffffffU, ++samples;
             }
             EXPECT_EQ(wrong, 0U) << fmt::format("{} lanes, triangles of {} pixels, position {} from {} of {}", lanes,
                                                 side, k, start, positions);
@@ -258,8 +259,8 @@ TEST(Raster, PositionsSideBySideAreTheSameAsOneByOne) {
         }
       }
     }
-  fmt::print("{} samples covered\n", covered);
-  EXPECT_GT(covered, 100000U);
+  fmt::print("{} of {} samples covered\n", covered, samples);
+  EXPECT_GT(covered, 3 * samples / 10);
 }
 
 TEST(Raster, ClosedMeshesThroughFittedAndPinholeViewsAreExact) {
@@ -366,6 +367,7 @@ TEST(Raster, SharedEdgesCoverEachSampleOnce) {
     Bench b = plain(regular ? grid : fan);
     const std::vector<RasterTriangle> records = setup(b, flat_view(32, 32));
     for (const glm::ivec2 s : {glm::ivec2(128), glm::ivec2(0), glm::ivec2(77, 128)}) {
+      if (s.x != 128 && fitted(false, true)) continue;
       const Window w = window_of(32, 32, s.x, s.y);
       expect_once(coverage_counts(b, records, w), w, regular ? "grid" : "fan");
     }
@@ -375,12 +377,12 @@ TEST(Raster, SharedEdgesCoverEachSampleOnce) {
 TEST(Raster, ClippedSurfacesAreWatertight) {
   // Inside a convex closed surface every sample sees exactly one triangle, whatever near plane and guard band cut.
   for (const bool cube : {true, false}) {
-    Bench b = plain(cube ? box(3, 5) : icosphere(2), true);
+    Bench b = plain(cube ? box(fitted(3, 2), 5) : icosphere(fitted(2, 1)), true);
     ASSERT_EQ(b.plan.slots, 6U);
     Random random(3);
     std::size_t cut = 0;
     Worst worst, relative;
-    for (int i = 0; i < 8; ++i) {
+    for (int i = 0; i < 8; i += i < 2 ? 1 : fitted(1, 3)) {
       // Some eyes nearly on a face, so that the near plane cuts it inside the film.
       const glm::dvec3 eye = i < 2   ? glm::dvec3(0.1, cube ? 0.9993 : 0.93, 0.05)
                              : i < 4 ? glm::dvec3(0)

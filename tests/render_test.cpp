@@ -73,7 +73,8 @@ Scene colourful_torus() {
   return scene;
 }
 
-// Channels are put in an order of their own before anything depends on it. Tolerance: none.
+// Channels are put in an order of their own before anything depends on it. Tolerance: none. A turn and a swap make all
+// orders; each is a program of its own, so that without the long form kinds other than the first are only turned.
 TEST(Render, permuted_channels_permute_the_image_to_the_bit) {
   for (const char* kind : {"three channels", "two equal", "one black"}) {
     Scene scene = colourful_torus();
@@ -82,6 +83,7 @@ TEST(Render, permuted_channels_permute_the_image_to_the_bit) {
     if (std::string(kind) == "one black") m.sigma_s.y = 0.0;
     const Rendered r = render(scene, small_settings(), 2);
     for (const std::array<int, 3> p : {std::array{1, 2, 0}, std::array{0, 2, 1}}) {
+      if (p[0] == 0 && std::string(kind) != "three channels" && !deep()) continue;
       const Rendered other = render(permuted(scene, p), small_settings(), 2);
       const Image expected = permuted(r.image, p);
       EXPECT_TRUE(same_bits(other.image, expected)) << kind << ": " << difference(other.image, expected);

@@ -30,6 +30,16 @@ inline Compute& opened(const std::string& selector = test_selector()) {
 /// The device that PARIAN_DEVICE means.
 inline cl::Device test_device() { return opened().device(); }
 
+/// Of interpreted kernels, some thousand times as slow as others, `few`, else `all`: under Oclgrind tests take the
+/// smallest films that reach every branch of every kernel.
+template <class T>
+T fitted(T all, T few) {
+  return opened().info().platform == "Oclgrind" ? few : all;
+}
+
+/// Whether the long forms of tests are asked for, as tools/test deep does.
+inline bool deep() { return std::getenv("PARIAN_TEST_DEEP") != nullptr; }
+
 /// A device with a program, for one owner at a time, who leaves it as good as new. Programs are built once in a
 /// process, since building takes drivers longer than most tests do.
 inline std::shared_ptr<Compute> built(const std::string& options, const std::string& selector = test_selector(),

@@ -14,22 +14,26 @@ inline const Material one_medium = medium({1.5, 1.5, 0}, {0.01, 0.01, 0.3});  //
 inline const Material two_media = medium({2.0, 2.0, 2.6}, {0.02, 0.02, 0.005}, 1.3);
 inline const Material dense = medium({90, 110, 110}, {0.1, 0.3, 0.3});
 
+/// Texels along a side of light maps that otherwise have `size`.
+inline std::uint32_t fitted_map(std::uint32_t size) { return fitted(size, std::min(size, 40U)); }
+
 /// A torus with layers, light maps and every `step`-th covered texel needed.
 struct LitBench : Bench {
   LitBench(const Material& material, std::vector<DirectionalLight> lights, std::uint32_t map_size, bool shift,
            std::size_t step, const std::function<void(Plan&)>& change, const std::string& selector = test_selector(),
            std::size_t group = 64)
       : Bench(scene_of(torus(32, 16), material, std::move(lights)), {}, change, selector) {
+    map_size = fitted_map(map_size);
     compute.limit_groups(group);
     make_light_maps(passes, points, map_size);
     draw_light_maps(passes, 0, shift);
     std::vector<kernels::View> views;
-    for (const glm::dvec3& d : even_directions(5)) {
-      views.push_back(orthographic_view(points, d, 24));
+    for (const glm::dvec3& d : even_directions(fitted(5, 3))) {
+      views.push_back(orthographic_view(points, d, side));
       views.back().number = static_cast<cl_uint>(views.size() - 1);
     }
     make_layers(passes, views, false);
-    const std::vector<cl_uint> slots = compute.read<cl_uint>(passes.layers.slots, 5 * 24 * 24);
+    const std::vector<cl_uint> slots = compute.read<cl_uint>(passes.layers.slots, views.size() * side * side);
     for (cl_uint t = 0, covered = 0; t < slots.size(); ++t)
       if (slots[t] == 0 && covered++ % step == 0) needed.push_back(t);
     set_needed(passes, needed);
@@ -50,6 +54,7 @@ struct LitBench : Bench {
     colour_layers(passes);
     return compute.read<float4>(passes.layers.values, 2 * n);
   }
+  const std::uint32_t side = fitted(24U, 14U);  // of layers, in texels
   std::size_t n = 0;
   std::vector<float4> map, at, centres, stands;
   std::vector<cl_uint> needed, guides, lit;

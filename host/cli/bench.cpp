@@ -79,7 +79,7 @@ std::string with_prefix(double value) {
 }
 
 std::string milliseconds(const Spread& s) {
-  return fmt::format("{:.2f} ({:.2f} to {:.2f})", 1e3 * s.median, 1e3 * s.least, 1e3 * s.most);
+  return fmt::format("{:.2f} ({:.2f} to {:.2f})", 1e3 * s.median, 1e3 * s.low, 1e3 * s.high);
 }
 
 double per_second(const BenchPart& part) { return part.count / part.seconds.median; }
@@ -107,8 +107,8 @@ void print_table(const Bench& b, const Input& input, const Machine& machine, boo
   fmt::print("scene   {} triangles, {}, film {} x {}, {} layers of {} x {}, {} texels read\n",
              input.scene.mesh.triangles.size(), input.scene.material.name, input.scene.film.x, input.scene.film.y,
              s.layers_count, s.layers_size, s.layers_size, s.layers_texels_evaluated);
-  fmt::print("peak    {}FLOP/s ({} to {}), of multiply-adds\n", with_prefix(b.peak.median), with_prefix(b.peak.least),
-             with_prefix(b.peak.most));
+  fmt::print("peak    {}FLOP/s ({} to {}), of multiply-adds\n", with_prefix(b.peak.median), with_prefix(b.peak.low),
+             with_prefix(b.peak.high));
   fmt::print("error   relMSE {} after {} frames\n\n", b.relmse >= 0 ? fmt::format("{:.2g}", b.relmse) : "unknown",
              b.frames);
   fmt::print("{:<12}{:>28}{:>28}\n", "pass", "ms, wall", "ms, kernels");
@@ -133,7 +133,7 @@ void print_table(const Bench& b, const Input& input, const Machine& machine, boo
   if (poster) print_poster(b);
 }
 
-Json json_of(const Spread& s) { return {{"median", s.median}, {"min", s.least}, {"max", s.most}}; }
+Json json_of(const Spread& s) { return {{"median", s.median}, {"min", s.low}, {"max", s.high}}; }
 
 Json json_of(const BenchPass& pass, const Bench& b) {
   Json json{{"name", pass.name}, {"seconds", json_of(pass.wall)}, {"kernel_seconds", json_of(pass.kernel)}};

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "kernels/sampling.h"
+#include "same_bits.hpp"
 
 namespace parian {
 namespace {
@@ -40,7 +40,7 @@ DensityTable density_table(const std::vector<kernels::Medium>& media, double dis
   for (std::size_t i = 0; i < media.size(); ++i) {
     const kernels::Medium& m = media[i];
     if (m.scale == 0.0F && !black) continue;
-    if (i > 0 && std::memcmp(&m, &media[i - 1], sizeof m) == 0) continue;
+    if (i > 0 && same_bits(m, media[i - 1])) continue;
     sigma = std::min(sigma, double{m.sigma_tr} * m.sigma_t_prime);
     sigma_t.push_back(m.sigma_t_prime);
   }

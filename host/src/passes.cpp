@@ -2,10 +2,10 @@
 #include "passes.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 #include "kernels/raster.h"
 #include "kernels/sampling.h"
+#include "same_bits.hpp"
 
 namespace parian {
 namespace {
@@ -70,7 +70,7 @@ std::uint32_t set_positions(kernels::Window& w, std::uint32_t first, std::uint32
 
 void setup_view(Passes& p, const kernels::View& view, Stage stage) {
   Geometry& g = p.geometry;
-  if (g.set_up && std::memcmp(&*g.set_up, &view, sizeof view) == 0) return;  // the records are this view's
+  if (g.set_up && same_bits(*g.set_up, view)) return;  // the records are this view's
   g.set_up = view;
   p.compute.launch("raster_setup", g.n_triangles, stage, view, g.positions, g.triangles, g.n_triangles, g.records);
 }
@@ -361,8 +361,8 @@ void launch_direct(Passes& p, const kernels::View& view, const kernels::Window& 
 
 bool draw_film(Passes& p, const kernels::View& view, const kernels::Window& window, bool again, Stage stage) {
   Film& f = p.film;
-  const bool same_view = f.drawn && std::memcmp(&*f.drawn, &view, sizeof view) == 0;
-  if (!again && same_view && std::memcmp(&f.window, &window, sizeof window) == 0) return false;
+  const bool same_view = f.drawn && same_bits(*f.drawn, view);
+  if (!again && same_view && same_bits(f.window, window)) return false;
   if (!window.restricted) setup_view(p, view, stage);
   draw(p, window, f.depth, &f.ids, stage);
   f.drawn = view;

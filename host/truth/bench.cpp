@@ -17,12 +17,6 @@
 namespace parian {
 namespace {
 
-Spread spread(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return {0.5 * (values[(n - 1) / 2] + values[n / 2]), values.front(), values.back()};
-}
-
 /// Multiply-adds as fast as the device can do them with vectors of a width, in launches of some hundredths of a second.
 Spread measure_peak(Compute& compute, std::uint32_t lanes, std::uint32_t runs) {
   const bool cpu = compute.info().vector_width > 1;
@@ -265,7 +259,7 @@ Bench bench(const Scene& scene, const Settings& settings, const std::string& sel
   const Accounts accounts(plan, every, result.statistics, counted, double(one.film.x) * one.film.y);
   result.positions = static_cast<std::uint32_t>(accounts.positions());
   for (const BenchPass& pass : {accounts.light_map(), accounts.layers(), accounts.pyramids(), accounts.gather()})
-    if (pass.kernel.most > 0) result.passes.push_back(pass);
+    if (pass.kernel.high > 0) result.passes.push_back(pass);
   return result;
 }
 

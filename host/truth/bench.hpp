@@ -6,13 +6,9 @@
 
 #include "renderer.hpp"
 #include "scene.hpp"
+#include "spread.hpp"
 
 namespace parian {
-
-/// Of several runs.
-struct Spread {
-  double median = 0, least = 0, most = 0;
-};
 
 /// What a pass does that has a natural unit: triangles, texels, evaluations or pixels.
 struct BenchPart {

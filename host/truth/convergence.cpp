@@ -46,14 +46,6 @@ Arrival arrival(const std::vector<Checkpoint>& points, double error, double bias
 
 }  // namespace
 
-Spread spread(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  // Not a mean where the two are equal: both may be infinite.
-  const double lower = values[(n - 1) / 2], upper = values[n / 2];
-  return {values.front(), lower == upper ? lower : 0.5 * (lower + upper), values.back()};
-}
-
 double resolved_bias(const Report& report, std::uint32_t configuration) {
   const double bias = report.configurations[configuration].bias_relmse;
   return bias > resolution(report, configuration) ? bias : 0.0;

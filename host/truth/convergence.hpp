@@ -5,15 +5,9 @@
 #include <vector>
 
 #include "report.hpp"
+#include "spread.hpp"
 
 namespace parian {
-
-/// Smallest, median and largest.
-struct Spread {
-  double low = 0, median = 0, high = 0;
-};
-/// Of at least one value; the median of an even number is the mean of the middle two.
-[[nodiscard]] Spread spread(std::vector<double> values);
 
 enum class Timing { wall, kernel };          ///< seconds by which clock
 enum class Against { reference, sampling };  ///< error to the reference, or to the configuration's own limit

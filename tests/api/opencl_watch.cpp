@@ -2,9 +2,11 @@
 #include "opencl_watch.hpp"
 
 #include <dlfcn.h>
+#include <execinfo.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <map>
 #include <mutex>
@@ -24,6 +26,10 @@ struct State {
   std::optional<std::uint64_t> failing;
   cl_int failing_code = CL_SUCCESS;
   std::string failed;
+  bool telling = false;
+  std::vector<std::pair<Place, std::uint64_t>> places;
+  std::map<Place, std::size_t> index_of;
+  std::optional<Place> failing_place;
   std::string once;  // the test whose programs are shared
   cl_device_id pretended = nullptr;
 };
@@ -46,12 +52,28 @@ struct Inside {
   Inside& operator=(const Inside&) = delete;
 };
 
+Place place_of_call() {
+  std::array<void*, 64> frames;
+  const int count = backtrace(frames.data(), static_cast<int>(frames.size()));
+  Place hash = 14695981039346656037U;  // FNV-1a
+  for (int i = 0; i < count; ++i) hash = (hash ^ reinterpret_cast<std::uintptr_t>(frames[i])) * 1099511628211U;
+  return hash;
+}
+
 /// Counts a call; what it is to return, if it is to fail.
 cl_int entered(const char* name) {
   const std::scoped_lock lock(mutex);
   if (!watch) return CL_SUCCESS;
   watch->names.push_back(name);
-  if (watch->names.size() - 1 != watch->failing) return CL_SUCCESS;
+  std::uint64_t n = watch->names.size() - 1;
+  if (watch->telling) {
+    const Place place = place_of_call();
+    const auto [known, first] = watch->index_of.try_emplace(place, watch->places.size());
+    if (first) watch->places.emplace_back(place, 0);
+    n = watch->places[known->second].second++;
+    if (watch->failing_place != place) return CL_SUCCESS;
+  }
+  if (n != watch->failing) return CL_SUCCESS;
   watch->failed = name;
   return watch->failing_code;
 }
@@ -99,6 +121,14 @@ void OpenclWatch::fail(std::uint64_t n, cl_int code) {
     s.failing_code = code;
   });
 }
+void OpenclWatch::fail_at(Place place, std::uint64_t n, cl_int code) {
+  fail(n, code);
+  note([&](State& s) { s.failing_place = place; });
+}
+void OpenclWatch::tell_places() {
+  note([](State& s) { s.telling = true; });
+}
+std::vector<std::pair<Place, std::uint64_t>> OpenclWatch::places() const { return watch->places; }
 void OpenclWatch::build_once() {
   const auto* test = testing::UnitTest::GetInstance()->current_test_info();
   note([&](State& s) { s.once = std::string(test->test_suite_name()) + "." + test->name(); });

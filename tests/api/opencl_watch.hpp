@@ -6,9 +6,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace parian::test {
+
+/// Where a call comes from: a hash of the return addresses on the stack, the same all through a process.
+using Place = std::uint64_t;
 
 /// From its making to its end, one at a time; while there is none, calls go through untouched.
 class OpenclWatch {
@@ -20,6 +24,12 @@ class OpenclWatch {
 
   /// The `n`-th call, from 0 at the watch's start, does nothing and returns `code`.
   void fail(std::uint64_t n, cl_int code);
+  /// So does the `n`-th call that comes from a place in the program, from 0.
+  void fail_at(Place place, std::uint64_t n, cl_int code);
+  /// From now on, places are told and counted.
+  void tell_places();
+  /// How many calls have come from each place, in the order of their first.
+  [[nodiscard]] std::vector<std::pair<Place, std::uint64_t>> places() const;
   /// Programs of one test, which have the same options, are built once: drivers take their time even with a cache.
   void build_once();
 
