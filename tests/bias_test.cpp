@@ -45,7 +45,7 @@ Bias bias_of(const Scene& scene, std::uint32_t layer_size, const Image& direct) 
 // The layer sizes are such that bias is many times the noise. 1024 pixels of heavy-tailed squares tell their mean to
 // about 20 %, and are looked at from 8 subpixel positions instead of 64: with layers of 64, eight seeds gave 0.58 to
 // 0.74 times what is measured, with guides or without.
-TEST(Bias, estimate_agrees_with_what_layers_add) {
+TEST(Bias, EstimateAgreesWithWhatLayersAdd) {
   const Scene scene = bare_scene(model("concave"), find_material("marble"));
   Settings settings = converging();
   settings.gather = Gather::camera;
@@ -63,7 +63,7 @@ TEST(Bias, estimate_agrees_with_what_layers_add) {
   }
 }
 
-TEST(Bias, above_the_target_it_is_a_warning_with_a_remedy) {
+TEST(Bias, AboveTheTargetItIsAWarningWithARemedy) {
   const Scene scene = bare_scene(model("concave"), find_material("marble"));
   Settings settings = converging();
   settings.layer_size = 16;
@@ -79,7 +79,7 @@ TEST(Bias, above_the_target_it_is_a_warning_with_a_remedy) {
 }
 
 // By definition, on halves made up by hand: two pixels, one not covered.
-TEST(Bias, is_the_mean_product_of_the_halves_differences) {
+TEST(Bias, IsTheMeanProductOfTheHalvesDifferences) {
   Halves h;
   h.a = h.b = {glm::vec3(2.0F), glm::vec3(4.0F), glm::vec3(100.0F)};
   h.alpha = {1.0F, 1.0F, 0.5F};

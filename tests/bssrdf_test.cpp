@@ -84,7 +84,9 @@ class BssrdfOnDevice : public testing::TestWithParam<std::tuple<Model, int>> {
 
 TEST_P(BssrdfOnDevice, AgreesWithTheVectorFile) { expect_judged_well(vector_file()); }
 
-TEST_P(BssrdfOnDevice, AgreesWithTheDoubleFormOnRandomCases) { expect_judged_well(random_vectors(fitted(20000U, 2000U), 20)); }
+TEST_P(BssrdfOnDevice, AgreesWithTheDoubleFormOnRandomCases) {
+  expect_judged_well(random_vectors(fitted(20000U, 2000U), 20));
+}
 
 TEST_P(BssrdfOnDevice, IsFiniteAndNotNegativeInExtremeCases) {
   const std::vector<VectorCase>& cases = extreme_vectors();

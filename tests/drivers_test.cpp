@@ -160,7 +160,8 @@ TEST(Drivers, MakeTheSameGuides) {
         dense, {light_a}, 48, true, 1, [&](Plan& p) { way.set(p); }, way.selector, way.group);
     std::vector<cl_uint> lit;  // what is listed, of each half, without what follows
     for (std::size_t map = 0; map < 2; ++map) {
-      const auto list = b.lit.begin() + static_cast<std::ptrdiff_t>(map * (1 + 2 * std::size_t{fitted_map(48)} * fitted_map(48)));
+      const auto list =
+          b.lit.begin() + static_cast<std::ptrdiff_t>(map * (1 + 2 * std::size_t{fitted_map(48)} * fitted_map(48)));
       lit.insert(lit.end(), list, list + 1 + *list);
     }
     std::vector<cl_uint> guides;

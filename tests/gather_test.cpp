@@ -365,7 +365,8 @@ TEST(Gather, PixelsThatNoLayerSeesAreComputedDirectly) {
   ASSERT_GT(b.direct.size(), 300U);
   EXPECT_EQ(zeros, 0U);
   const kernels::Light& light = b.passes.light_maps.lights[0];
-  const std::vector<float4> map = b.compute.read<float4>(b.passes.light_maps.map, std::size_t{2} * b.map_size * b.map_size);
+  const std::vector<float4> map =
+      b.compute.read<float4>(b.passes.light_maps.map, std::size_t{2} * b.map_size * b.map_size);
   Worst worst;
   double z2 = 0, precision = 0;
   int count = 0;

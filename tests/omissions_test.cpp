@@ -163,11 +163,11 @@ void check(const Case& c) {
   }
 }
 
-TEST(Omissions, each_alone_shows_the_same_picture) {
+TEST(Omissions, EachAloneShowsTheSamePicture) {
   for (const Case& c : cases()) check(c);
 }
 
-TEST(Omissions, all_are_tried) {
+TEST(Omissions, AllAreTried) {
   for (const char* name : omission_names)
     EXPECT_EQ(std::count_if(cases().begin(), cases().end(), [&](const Case& c) { return c.what == std::string(name); }),
               1)
@@ -175,7 +175,7 @@ TEST(Omissions, all_are_tried) {
 }
 
 // Before the first frame and after the last, `--explain` and `--stats` name the same for the same reasons.
-TEST(Omissions, explanation_and_statistics_agree) {
+TEST(Omissions, ExplanationAndStatisticsAgree) {
   Renderer renderer = renderer_of(bare_scene(model("torus"), material(2.0, 0.01)), small_settings());
   const auto explain = [&] { return fmt::format("{}", fmt::join(renderer.explanation(), "\n")); };
   const std::string before = explain();
@@ -189,7 +189,7 @@ TEST(Omissions, explanation_and_statistics_agree) {
   }
 }
 
-TEST(Omissions, explanation_says_whether_there_are_guides) {
+TEST(Omissions, ExplanationSaysWhetherThereAreGuides) {
   Scene scene = bare_scene(model("torus"), find_material("marble"), {512, 512});
   Settings settings = small_settings();
   settings.gather = Gather::camera;
@@ -207,7 +207,7 @@ TEST(Omissions, explanation_says_whether_there_are_guides) {
 }
 
 // A flat object seen edge-on by a light gets none of it: the other light has all the samples.
-TEST(Omissions, light_along_the_surface) {
+TEST(Omissions, LightAlongTheSurface) {
   Scene scene =
       bare_scene(mesh_of({{-30, -20, 0}, {30, -25, 0}, {0, 30, 0}}, {0, 1, 2}), find_material("marble"), {32, 32});
   scene.lights = {{{0, 0, 1}, glm::dvec3(1.0)}};
@@ -220,7 +220,7 @@ TEST(Omissions, light_along_the_surface) {
 }
 
 // One view of a grey object needs a third of the evaluations for its channels, and less than half of the texels.
-TEST(Omissions, grey_still_takes_a_sixth) {
+TEST(Omissions, GreyStillTakesASixth) {
   const Scene scene = bare_scene(model("figure"), material(2.0, 0.01), {128, 128});
   for (const Gather gather : {Gather::layers, Gather::automatic}) {
     const auto evaluations = [&](const std::set<std::string>& keep) {

@@ -37,7 +37,7 @@ void expect_all_sane(const std::vector<Limit>& limits, glm::bvec3 lit = {true, t
   }
 }
 
-TEST(RenderLimits, materials) {
+TEST(RenderLimits, Materials) {
   const auto with = [](double mean_free_path, double absorbed, double ior) {
     return [=](Scene& scene, Settings&) {
       scene.material = material((1 - absorbed) / mean_free_path, absorbed / mean_free_path, ior);
@@ -56,7 +56,7 @@ TEST(RenderLimits, materials) {
 }
 
 // The lit crescent of the torus is some pixels wide; light doesn't get a pixel beyond it.
-TEST(RenderLimits, mean_free_path_of_a_ten_thousandth) {
+TEST(RenderLimits, MeanFreePathOfATenThousandth) {
   Scene scene = bare_scene(model("torus"), material(100.0, 1.0), {40, 40});
   scene.lights[0].towards = {0.2, 0.3, 1.0};
   const Rendered r = render(scene, smallest_settings(), 2);
@@ -65,7 +65,7 @@ TEST(RenderLimits, mean_free_path_of_a_ten_thousandth) {
   EXPECT_FALSE(r.statistics.warnings.empty());
 }
 
-TEST(RenderLimits, models_and_estimators) {
+TEST(RenderLimits, ModelsAndEstimators) {
   std::vector<Limit> limits;
   for (const auto& [name, m] : {std::pair("directional", Model::directional), std::pair("standard", Model::standard),
                                 std::pair("better", Model::better)})
@@ -81,7 +81,7 @@ TEST(RenderLimits, models_and_estimators) {
 
 // The three estimators sample the same integral. From the front, where all three are usable; the disc's noise needs the
 // widest tolerance, 3 times the standard error of its mean.
-TEST(RenderLimits, estimators_agree_on_the_mean) {
+TEST(RenderLimits, EstimatorsAgreeOnTheMean) {
   double mean[3];
   for (const Estimator e : {Estimator::automatic, Estimator::radial, Estimator::disc}) {
     Scene scene = bare_scene(model("torus"), find_material("marble"), {40, 40});
@@ -97,7 +97,7 @@ TEST(RenderLimits, estimators_agree_on_the_mean) {
   EXPECT_NEAR(mean[2] / mean[0], 1.0, 0.04);  // over seeds the disc's mean spreads by 0.024 after 4 frames
 }
 
-TEST(RenderLimits, cameras) {
+TEST(RenderLimits, Cameras) {
   const auto seen = [](glm::dvec3 eye, glm::dvec3 target, double fov) {
     return [=](Scene& scene, Settings&) {
       scene.cameras[0].eye = eye;
@@ -114,7 +114,7 @@ TEST(RenderLimits, cameras) {
 }
 
 // What lies behind the eye is nowhere on the film.
-TEST(RenderLimits, cameras_that_see_nothing) {
+TEST(RenderLimits, CamerasThatSeeNothing) {
   for (const bool behind : {true, false}) {
     Scene scene = bare_scene(model("torus"), find_material("marble"), {40, 40});
     Camera& camera = scene.cameras[0];
@@ -128,7 +128,7 @@ TEST(RenderLimits, cameras_that_see_nothing) {
   }
 }
 
-TEST(RenderLimits, films_and_sizes) {
+TEST(RenderLimits, FilmsAndSizes) {
   expect_all_sane(
       {{"film 1x1",
         [](Scene& s, Settings&) {
@@ -165,7 +165,7 @@ TEST(RenderLimits, films_and_sizes) {
         }}});
 }
 
-TEST(RenderLimits, meshes) {
+TEST(RenderLimits, Meshes) {
   const auto a = [](const Mesh& mesh) {
     return [&mesh](Scene& scene, Settings&) { scene = bare_scene(mesh, scene.material, scene.film); };
   };
@@ -195,7 +195,7 @@ bool all_zero(const Image& image) {
   return true;
 }
 
-TEST(RenderLimits, no_light_or_no_scattering_is_exactly_black) {
+TEST(RenderLimits, NoLightOrNoScatteringIsExactlyBlack) {
   for (const std::set<std::string>& keep : {std::set<std::string>(), {"black-channels", "dark-lights"}}) {
     Settings settings = smallest_settings();
     settings.keep = keep;
@@ -220,7 +220,7 @@ TEST(RenderLimits, no_light_or_no_scattering_is_exactly_black) {
   }
 }
 
-TEST(RenderLimits, one_black_channel_stays_black) {
+TEST(RenderLimits, OneBlackChannelStaysBlack) {
   Scene scene = bare_scene(model("torus"), find_material("marble"), {40, 40});
   scene.material.sigma_s.y = 0.0;
   const Rendered r = render(scene, smallest_settings(), 2);
@@ -232,7 +232,7 @@ TEST(RenderLimits, one_black_channel_stays_black) {
 
 // A box seen straight on covers a rectangle of the film: alpha is 1 inside it, 0 outside, and at its edges the share
 // of 64 positions that it covers, to 1.5 of 8 rows of them.
-TEST(RenderLimits, alpha_is_coverage) {
+TEST(RenderLimits, AlphaIsCoverage) {
   Scene scene = bare_scene(box({20, 20, 20}), find_material("marble"), {40, 40});
   scene.cameras[0].eye = {0, 0, 110};
   scene.cameras[0].target = {0, 0, 0};

@@ -15,7 +15,7 @@ using namespace test;
 Scene marble_torus() { return bare_scene(model("torus"), find_material("marble")); }
 
 // Powers of two change exponents only; the renderer's own unit is the object's radius. Tolerance: none.
-TEST(Render, scaled_world_is_the_same_to_the_bit) {
+TEST(Render, ScaledWorldIsTheSameToTheBit) {
   const Rendered r = render(marble_torus(), small_settings(), 4);
   expect_sane(r, "torus");
   for (const int k : {-3, 5, 20}) {
@@ -32,7 +32,7 @@ TEST(Render, scaled_world_is_the_same_to_the_bit) {
   }
 }
 
-TEST(Render, brighter_light_scales_the_image_exactly) {
+TEST(Render, BrighterLightScalesTheImageExactly) {
   const Rendered r = render(marble_torus(), small_settings(), 4);
   for (const int n : {-20, 3, 40}) {
     Scene scene = marble_torus();
@@ -75,7 +75,7 @@ Scene colourful_torus() {
 
 // Channels are put in an order of their own before anything depends on it. Tolerance: none. A turn and a swap make all
 // orders; each is a program of its own, so that without the long form kinds other than the first are only turned.
-TEST(Render, permuted_channels_permute_the_image_to_the_bit) {
+TEST(Render, PermutedChannelsPermuteTheImageToTheBit) {
   for (const char* kind : {"three channels", "two equal", "one black"}) {
     Scene scene = colourful_torus();
     Material& m = scene.material;
@@ -100,7 +100,7 @@ double omitted(const Statistics& s, const std::string& what) {
 
 // Equal channels share their value, black ones have none, and the density of samples rests on the distinct scattering
 // channels whether or not the others are evaluated. Tolerance: none.
-TEST(Render, channels_left_out_change_no_bit) {
+TEST(Render, ChannelsLeftOutChangeNoBit) {
   for (const char* kind : {"two equal", "all equal", "one black", "one black, two equal"}) {
     Scene scene = colourful_torus();
     Material& m = scene.material;
@@ -122,7 +122,7 @@ TEST(Render, channels_left_out_change_no_bit) {
 
 // Nothing that is left out changes what the image converges to. With everything kept, layers are numbered anew and so
 // draw other samples, and more texels are read at edges: noise may differ, the mean by noise only.
-TEST(Render, everything_kept_is_the_same_picture) {
+TEST(Render, EverythingKeptIsTheSamePicture) {
   Scene scene = marble_torus();
   scene.lights.push_back({{-0.3, 0.2, 1.0}, glm::dvec3(0.0)});
   Settings keep = small_settings();
@@ -189,7 +189,7 @@ std::pair<double, double> compare(const Sampled& a, const Sampled& b) {
 constexpr double largest_z2 = 1.5;
 constexpr double mean_tolerance = 0.003;  // the noise of the means is a tenth of it
 
-TEST(Render, two_lights_are_the_sum_of_each_alone) {
+TEST(Render, TwoLightsAreTheSumOfEachAlone) {
   Scene scene = bare_scene(model("torus"), find_material("marble"), {48, 48});
   const DirectionalLight first{{0.5, 0.6, -0.6}, {3.0, 2.0, 1.0}}, second{{-0.8, 0.35, 0.5}, {0.5, 0.7, 1.5}};
   Settings settings = small_settings();
@@ -211,7 +211,7 @@ TEST(Render, two_lights_are_the_sum_of_each_alone) {
 
 // Layers and light maps then lie elsewhere on the object, so that interpolation differs: the noise of 2 frames of 4
 // samples hides that from z^2, but not from the mean.
-TEST(Render, rotated_world_looks_the_same) {
+TEST(Render, RotatedWorldLooksTheSame) {
   const Scene scene = bare_scene(model("torus"), find_material("marble"), {48, 48});
   Settings settings = small_settings();
   settings.pyramids = false;
@@ -232,7 +232,7 @@ TEST(Render, rotated_world_looks_the_same) {
 }
 
 // Ids break ties only, on edges where two triangles have the same depth.
-TEST(Render, order_of_triangles_does_not_matter) {
+TEST(Render, OrderOfTrianglesDoesNotMatter) {
   Scene scene = bare_scene(model("concave"), find_material("marble"));
   const Rendered r = render(scene, small_settings(), 4);
   std::vector<std::size_t> order(scene.mesh.triangles.size());
@@ -249,7 +249,7 @@ TEST(Render, order_of_triangles_does_not_matter) {
   EXPECT_LT(error, 1e-8);
 }
 
-TEST(Render, same_scene_twice_is_the_same_to_the_bit) {
+TEST(Render, SameSceneTwiceIsTheSameToTheBit) {
   Scene scene = bare_scene(model("concave"), find_material("skin2"));
   scene.lights.push_back({{-0.8, 0.35, 0.5}, {0.5, 0.7, 1.5}});
   const Rendered a = render(scene, small_settings(), 4), b = render(scene, small_settings(), 4);
@@ -263,7 +263,7 @@ TEST(Render, same_scene_twice_is_the_same_to_the_bit) {
 
 // Looking at the image or at the estimate in between changes nothing that comes later, except the level that the
 // estimate chose.
-TEST(Render, looking_in_between_changes_nothing) {
+TEST(Render, LookingInBetweenChangesNothing) {
   Settings settings = small_settings();
   settings.pyramids = false;
   Renderer a = renderer_of(marble_torus(), settings), b = renderer_of(marble_torus(), settings);
@@ -278,7 +278,7 @@ TEST(Render, looking_in_between_changes_nothing) {
 }
 
 // With Gather::camera every view is a layer of its own, whatever else is drawn between its frames.
-TEST(Render, views_by_camera_are_as_each_alone) {
+TEST(Render, ViewsByCameraAreAsEachAlone) {
   Scene scene = marble_torus();
   Camera second = scene.cameras[0];
   second.eye = {second.eye.z, second.eye.y, -second.eye.x};
@@ -296,7 +296,7 @@ TEST(Render, views_by_camera_are_as_each_alone) {
   }
 }
 
-TEST(Render, command_line_writes_the_same_bytes_twice) {
+TEST(Render, CommandLineWritesTheSameBytesTwice) {
   const Scratch scratch;
   std::string bytes[2];
   for (int i = 0; i < 2; ++i) {

@@ -43,7 +43,7 @@ double integral_over_square(const Material& m, Model model, double side) {
 // Light falls straight on the face of a slab 100 x 100 x 10; the camera looks straight at a spot of 6 mm in its middle.
 // 4096 samples of a smooth integral at each of hundreds of texels leave noise of 1e-5, seen where light is slanted
 // 1e-4; nearly all of the tolerance is for the far edges, which a light-map texel blurs.
-TEST(RenderTruth, middle_of_a_slab) {
+TEST(RenderTruth, MiddleOfASlab) {
   for (const auto& [name, model] : {std::pair("directional", Model::directional),
                                     std::pair("standard", Model::standard), std::pair("better", Model::better)}) {
     Scene scene = bare_scene(box({100, 100, 10}), material(2.0, 0.01, 1.5), {16, 16});
@@ -73,7 +73,7 @@ TEST(RenderTruth, middle_of_a_slab) {
 
 // Light that comes in at an angle brings E cos(theta) to the face and T12 of that angle; the standard dipole knows
 // nothing else of its direction. Seen at an angle too: T21 of the view, no cosine.
-TEST(RenderTruth, slanted_light_and_view) {
+TEST(RenderTruth, SlantedLightAndView) {
   const double light = std::numbers::pi / 3, view = 0.8;
   Scene scene = bare_scene(box({100, 100, 10}), material(2.0, 0.01, 1.5), {16, 16});
   scene.lights[0] = {{std::sin(light), 0, std::cos(light)}, glm::dvec3(1.0)};
@@ -100,7 +100,7 @@ double omitted(const Statistics& s, const std::string& what) {
 }
 
 // With 16 layers of the figure hardly anything is unseen; what is, is sampled at the pixels themselves.
-TEST(RenderStatistics, figure) {
+TEST(RenderStatistics, Figure) {
   Scene scene = bare_scene(model("figure"), find_material("marble"), {128, 128});
   Settings settings = small_settings();
   settings.layers = 16;
@@ -130,7 +130,7 @@ TEST(RenderStatistics, figure) {
   EXPECT_GT(omitted(s, "clipping"), 0.0);
 }
 
-TEST(RenderStatistics, lights_share_the_samples) {
+TEST(RenderStatistics, LightsShareTheSamples) {
   Scene scene = bare_scene(model("torus"), find_material("marble"), {32, 32});
   scene.lights = {{{1, 0, 1}, glm::dvec3(3.0)}, {{-1, 0, 1}, glm::dvec3(1.0)}, {{0, 1, 0}, glm::dvec3(0.0)}};
   Settings settings = small_settings();

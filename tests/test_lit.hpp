@@ -15,7 +15,7 @@ inline const Material two_media = medium({2.0, 2.0, 2.6}, {0.02, 0.02, 0.005}, 1
 inline const Material dense = medium({90, 110, 110}, {0.1, 0.3, 0.3});
 
 /// Texels along a side of light maps that otherwise have `size`.
-inline std::uint32_t fitted_map(std::uint32_t size) { return fitted(size, std::min(size, 40U)); }
+inline std::uint32_t fitted_map(std::uint32_t size) { return fitted(size, std::min(size, 28U)); }
 
 /// A torus with layers, light maps and every `step`-th covered texel needed.
 struct LitBench : Bench {

@@ -51,7 +51,8 @@ TEST(Visibility, NearestAndFarthest) {
     Bench b(scene_of(mesh));
     for (int i = 0; i < 4; ++i) {
       const glm::dvec3 towards = random.direction();
-      check_sight(b, orthographic_view(b.points, towards, fitted(128U, 48U)), fmt::format("{} from {}", name, hex(towards)));
+      check_sight(b, orthographic_view(b.points, towards, fitted(128U, 48U)),
+                  fmt::format("{} from {}", name, hex(towards)));
     }
   }
 }

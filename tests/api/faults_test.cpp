@@ -98,9 +98,9 @@ void learn(Life& life, Right& right) {
 }
 
 /// Calls of a life fail one by one, and each time the same renderer, unless the device was lost, and a fresh one render
-/// afterwards: the first or, in turn, the last call from each place in the program; in the long form every call. Lives differ by
-/// some calls, since what a frame asks of commands before it depends on how far these are: a call may be missing, and
-/// in the long form the first life that ends before its n-th call is the last.
+/// afterwards: the first or, in turn, the last call from each place in the program; in the long form every call. Lives
+/// differ by some calls, since what a frame asks of commands before it depends on how far these are: a call may be
+/// missing, and in the long form the first life that ends before its n-th call is the last.
 void every_call_fails(Kind kind) {
   Life life(kind);
   Right right;
