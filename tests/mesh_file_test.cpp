@@ -253,9 +253,10 @@ TEST_F(MeshFile, Off) {
   expect_sample(
       read("c.off", "# before\n\nOFF # here\n# there\n 5 2\n\n" + ascii_points + "# between\n" + ascii_faces));
   expect_sample(read("one.off", "OFF " + counts + ascii_points + "4 0 1\n2 3 255 0 0\n3 1 4 2 0.5 0.5 0.5 1"));
-  const std::string colours = "0 0 0 9 9 9\n1 0 0 9 9 9\n1 1 0 9 9 9\n0 1 0 9 9 9\n2 0.5 0 9 9 9\n";
+  const std::string coloured =
+      counts + "0 0 0 9 9 9\n1 0 0 9 9 9\n1 1 0 9 9 9\n0 1 0 9 9 9\n2 0.5 0 9 9 9\n" + ascii_faces;
   for (const std::string keyword : {"COFF\n", "NOFF\n", "STOFF\n", "\nNOFF\n", "OFF\n"})
-    expect_sample(read("k.off", keyword + counts + colours + ascii_faces));
+    expect_sample(read("k.off", keyword + coloured));
   for (const bool geomview : {false, true}) expect_sample(read("b.off", binary_off(geomview)));
   expect_sample(read("a.off", "OFF\n" + counts + ascii_points + ascii_faces));  // after a binary one
 }

@@ -165,7 +165,7 @@ std::optional<glm::uvec2> TomlTable::size(std::string_view key, std::uint32_t le
 std::optional<std::string> TomlTable::text(std::string_view key) {
   const toml::node* node = ask(key);
   if (!node) return std::nullopt;
-  const auto value = node->value_exact<std::string>();
+  auto value = node->value_exact<std::string>();
   if (!value) fail(key, fmt::format("{} is {}; give text in quotes", key, type_name(*node)));
   if (value->empty()) fail(key, fmt::format("{} is empty; give text in quotes", key));
   return value;

@@ -280,7 +280,7 @@ Compute::Prepared& Compute::prepared(const char* name) {
 }
 
 std::size_t Compute::group_size(const Prepared& kernel) const {
-  return std::bit_floor(std::min(most_in_group_, kernel.most_in_group));
+  return std::max<std::size_t>(std::bit_floor(std::min(most_in_group_, kernel.most_in_group)), 1);
 }
 
 void Compute::enqueue(const char* name, const Prepared& kernel, std::size_t items, Stage stage) {

@@ -22,7 +22,7 @@ namespace parian {
 template <class T, class Get, class Object>
 [[nodiscard]] T handle_of(Get get, Object object, cl_uint what) {
   T handle{};
-  const cl_int code = get(object, what, sizeof handle, &handle, nullptr);
+  const cl_int code = get(object, what, sizeof(void*), &handle, nullptr);  // every handle is a pointer
   if (code != CL_SUCCESS) throw cl::Error(code, "asking an OpenCL object for another");
   return handle;
 }

@@ -167,7 +167,8 @@ SelfTestAnswer raster_answer(Compute& compute) {
         if (key < nearest || (key == nearest && t.triangle < id)) id = t.triangle, nearest = key;
       }
       drawn += id != NO_TRIANGLE;
-      wrong += found[std::size_t(y * side + x)] != id || depths[std::size_t(y * side + x)] != nearest;
+      const std::size_t at = std::size_t(y) * side + x;
+      wrong += found[at] != id || depths[at] != nearest;
     }
   return {"raster tile",
           fmt::format("{} of {} pixels differ in triangle or depth, {} are covered", wrong, side * side, drawn),

@@ -73,17 +73,27 @@ Frame frame_of(const Plot& plot) {
 
 std::string number_text(double value) { return fmt::format("{:.6g}", value); }
 
+/// `from`, ten times that, and so on up to `to`.
+std::vector<double> decades_of(double from, double to) {
+  std::vector<double> decades;
+  while (from <= to) {
+    decades.push_back(from);
+    from *= 10;
+  }
+  return decades;
+}
+
 std::string grid(const Plot& plot, const Frame& f) {
   std::string svg = R"(<g class="grid" stroke="#e2e2e2" stroke-width="1">)";
   std::string labels = R"(<g class="ticks" font-size="12" fill="#333">)";
-  for (double decade = f.y.low; decade <= f.y.high * 1.001; decade *= 10) {
+  for (const double decade : decades_of(f.y.low, f.y.high * 1.001)) {
     const double y = f.y.at(decade);
     svg += fmt::format(R"(<path d="M{:.1f} {:.1f}H{:.1f}"/>)", f.x.begin, y, f.x.end);
     labels += fmt::format(R"(<text x="{:.1f}" y="{:.1f}" text-anchor="end">{}</text>)", f.x.begin - 8, y + 4,
                           power_text(decade));
   }
   const double decades = std::log10(f.x.high / f.x.low);
-  for (double decade = std::pow(10.0, std::floor(std::log10(f.x.low) + 1e-9)); decade <= f.x.high; decade *= 10)
+  for (const double decade : decades_of(std::pow(10.0, std::floor(std::log10(f.x.low) + 1e-9)), f.x.high))
     for (const int digit : {1, 2, 5}) {
       const double value = digit * decade;
       if (value < f.x.low * 0.999 || value > f.x.high * 1.001) continue;
@@ -143,7 +153,7 @@ std::string curve_svg(const PlotSeries& s, const Frame& f) {
     const double x = f.x.at(p.x), y = f.y.at(p.y);
     line += fmt::format("{}{:.1f} {:.1f}", line.empty() ? "M" : "L", x, y);
     above += fmt::format("{}{:.1f} {:.1f}", above.empty() ? "M" : "L", x, f.y.at(p.high));
-    below = fmt::format("L{:.1f} {:.1f}", x, f.y.at(std::max(p.low, f.y.low))) + below;
+    below.insert(0, fmt::format("L{:.1f} {:.1f}", x, f.y.at(std::max(p.low, f.y.low))));
     marks +=
         marker(s.marker, x, y, s.bold ? 4.2 : 3.4) + "<title>" + escaped(p.title) + "</title>" + marker_end(s.marker);
   }

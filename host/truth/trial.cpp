@@ -5,8 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <stdexcept>
 
 #include "compare.hpp"
@@ -135,7 +136,7 @@ Finding same_bits(const Image& picture, const Image& expected) {
   if (picture.rgba.size() != expected.rgba.size()) return {INFINITY, 0, "sizes differ"};
   std::size_t count = 0;
   for (std::size_t i = 0; i < picture.rgba.size(); ++i)
-    count += std::memcmp(&picture.rgba[i], &expected.rgba[i], sizeof(float)) != 0;
+    count += std::bit_cast<std::uint32_t>(picture.rgba[i]) != std::bit_cast<std::uint32_t>(expected.rgba[i]);
   return {static_cast<double>(count), 0, fmt::format("values that differ in bits, of {}", picture.rgba.size())};
 }
 

@@ -164,7 +164,7 @@ using namespace parian::test;
 #define CODE(name, parameters, arguments, after)       \
   cl_int CL_API_CALL name parameters {                 \
     const Inside inside;                               \
-    static const auto pass = next(&name, #name);       \
+    static const auto pass = next(&(name), #name);     \
     if (const cl_int bad = entered(#name)) return bad; \
     const cl_int code = pass arguments;                \
     if (code == CL_SUCCESS) {                          \
@@ -177,7 +177,7 @@ using namespace parian::test;
 #define OBJECT(type, kind, name, parameters, arguments, after) \
   type CL_API_CALL name parameters {                           \
     const Inside inside;                                       \
-    static const auto pass = next(&name, #name);               \
+    static const auto pass = next(&(name), #name);             \
     if (const cl_int bad = entered(#name)) {                   \
       if (code) *code = bad;                                   \
       return nullptr;                                          \
@@ -196,7 +196,7 @@ using namespace parian::test;
 
 #define WAITS(condition, bytes, counter) \
   note([&](State& s) {                   \
-    s.counter += bytes;                  \
+    s.counter += (bytes);                \
     s.waits += (condition) ? 1 : 0;      \
   });                                    \
   event_made(event)
@@ -313,7 +313,7 @@ QUERY(clGetContextInfo, cl_context, cl_context_info)
 CODE(clGetCommandQueueInfo,
      (cl_command_queue queue, cl_command_queue_info what, size_t size, void* value, size_t* needed),
      (queue, what, size, value, needed), if (what == CL_QUEUE_DEVICE && value) note([&](const State& s) {
-       if (s.pretended) std::memcpy(value, &s.pretended, sizeof s.pretended);
+       if (s.pretended) std::memcpy(value, &s.pretended, sizeof(cl_device_id));
      }))
 QUERY(clGetMemObjectInfo, cl_mem, cl_mem_info)
 QUERY(clGetProgramInfo, cl_program, cl_program_info)

@@ -68,7 +68,8 @@ struct SmallScene {
 
   SmallScene() {
     for (std::uint32_t i = 0; i < around * across; ++i) {
-      const double u = 6.283185307179586 * (i / across) / around, v = 6.283185307179586 * (i % across) / across;
+      const std::uint32_t ring_number = i / across;
+      const double u = 6.283185307179586 * ring_number / around, v = 6.283185307179586 * (i % across) / across;
       const double ring = 30.0 + 12.0 * std::cos(v);
       for (const double x : {ring * std::cos(u), 12.0 * std::sin(v), ring * std::sin(u)})
         positions.push_back(static_cast<float>(x));

@@ -9,7 +9,8 @@ enum { TORUS_SIDE = 48, TORUS_POSITIONS = TORUS_SIDE * TORUS_SIDE, TORUS_TRIANGL
 static inline void torus_positions(float* xyz, float thickness) {
   const float turn = 6.2831853f / (float)TORUS_SIDE;
   for (int i = 0; i < TORUS_POSITIONS; ++i) {
-    const float u = turn * (float)(i / TORUS_SIDE), v = turn * (float)(i % TORUS_SIDE);
+    const int row = i / TORUS_SIDE, column = i % TORUS_SIDE;
+    const float u = turn * (float)row, v = turn * (float)column;
     const float ring = 50.0f - thickness + thickness * cosf(v);
     xyz[3 * i] = ring * cosf(u);
     xyz[3 * i + 1] = thickness * sinf(v);
