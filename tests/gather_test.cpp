@@ -72,8 +72,9 @@ struct FilmBench : Bench {
   }
   /// What the pixel with index `i` of a window sees.
   [[nodiscard]] Hit hit(const Window& w, std::size_t i) const {
-    return hit_triangle(*this, ids[i], ExactView(view), double(w.x + i % w.width) + w.sample_x / 256.0,
-                        double(w.y + i / w.width) + w.sample_y / 256.0);
+    const std::size_t column = w.x + i % w.width, row = w.y + i / w.width;
+    return hit_triangle(*this, ids[i], ExactView(view), double(column) + w.sample_x / 256.0,
+                        double(row) + w.sample_y / 256.0);
   }
   [[nodiscard]] double outgoing_cosine(const Hit& h) const {
     const glm::dvec3 o = glm::normalize(exact(view.origin) - h.x);

@@ -53,6 +53,7 @@ TEST_P(GuidesOf, ListWhatIsLitAlongACurve) {
     for (std::size_t t = 0; t < guide.ranks().size(); ++t) lit += texel(t).x > -8;
     ASSERT_EQ(guide.list().size(), lit);
     // Sixteen texels that come one after the other lie in a patch four wide, cut by cubes and by the object's edge.
+    const std::size_t ranges = lit / 16;
     double spread = 0;
     for (std::size_t first = 0; first + 16 <= lit; first += 16) {
       glm::dvec3 sum{}, squares{};
@@ -63,7 +64,7 @@ TEST_P(GuidesOf, ListWhatIsLitAlongACurve) {
         sum += x / 16.0, squares += x * x / 16.0;
       }
       const glm::dvec3 variance = squares - sum * sum;
-      spread += std::sqrt(variance.x + variance.y + variance.z) / static_cast<double>(lit / 16);
+      spread += std::sqrt(variance.x + variance.y + variance.z) / double(ranges);
     }
     fmt::print("map {}: {} texels lit, ranges of 16 spread by {:.2f} texels\n", map, lit, spread);
     EXPECT_LT(spread, 5);

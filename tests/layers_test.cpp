@@ -332,8 +332,8 @@ TEST(Layers, HoldTheSurfaceInTheirOwnFrame) {
   for (std::size_t i = 0; i < ids.size(); ++i) {
     if (ids[i] == 0xffffffffU) continue;
     const ExactView view(views[i / texels]);
-    const std::size_t t = i % texels;
-    const Hit h = hit_triangle(b, ids[i], view, double(t % size) + 0.5, double(t / size) + 0.5);
+    const std::size_t t = i % texels, row = t / size;
+    const Hit h = hit_triangle(b, ids[i], view, double(t % size) + 0.5, double(row) + 0.5);
     if (h.inside() < 1e-3 || h.cosine < 1e-2) continue;  // the device moves it onto the triangle
     const std::string where = fmt::format("layer {} texel {}", i / texels, t);
     normal.add(glm::length(exact(geometry[i]) - view.frame(h.n_g)), where);

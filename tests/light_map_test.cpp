@@ -35,7 +35,8 @@ void check_maps(Bench& b, const std::string& what) {
         const std::string where = fmt::format("{} half {} texel ({}, {})", what, half, i % m.size, i / m.size);
         ASSERT_EQ(a.lit, ids[i] != 0xffffffffU) << where;
         if (!a.lit) continue;
-        const double px = double(i % m.size) + light.sample_x[half], py = double(i / m.size) + light.sample_y[half];
+        const std::size_t row = i / m.size;
+        const double px = double(i % m.size) + light.sample_x[half], py = double(row) + light.sample_y[half];
         const Hit h = hit_triangle(b, ids[i], view, px, py);
         ++lit;
         if (!(h.cosine > 1e-3)) continue;  // seen edge-on: which side faces the light is up to rounding
@@ -179,8 +180,8 @@ TEST_P(LightMap, SamplesAreCentredOnTheNearestLitSurface) {
       const double scale = light.view.scale;
       const glm::dvec3 x = exact(points[2 * i]), f = view.film(x), t(f.x, f.y, view.frame(x - view.origin).z * scale);
       const auto sample = [&](const MapTexel& texel, std::size_t k) {
-        return glm::dvec3(double(k % size) + light.sample_x[0], double(k / size) + light.sample_y[0],
-                          texel.height * scale);
+        const std::size_t row = k / size;
+        return glm::dvec3(double(k % size) + light.sample_x[0], double(row) + light.sample_y[0], texel.height * scale);
       };
       std::vector<std::pair<double, std::size_t>> nearest;
       for (std::size_t k = 0; k < std::size_t{size} * size; ++k)

@@ -403,7 +403,8 @@ TEST(Raster, ClippedSurfacesAreWatertight) {
       const ExactView exact_view(view);
       for (std::size_t k = 0; k < v.ids.size(); ++k) {
         if (v.ids[k] == 0xffffffffU) continue;
-        const double x = double(k % 41) + 100.0 / 256, y = double(k / 41) + 0.5;
+        const std::size_t row = k / 41;
+        const double x = double(k % 41) + 100.0 / 256, y = double(row) + 0.5;
         const auto q = [&](double u, double t) {
           return 1 / glm::dot(hit_triangle(b, v.ids[k], exact_view, u, t).x - exact_view.origin, -exact_view.back);
         };

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -122,7 +123,7 @@ inline std::string difference(const Image& a, const Image& b) {
   std::size_t count = 0;
   double largest = 0.0;
   for (std::size_t i = 0; i < std::min(a.rgba.size(), b.rgba.size()); ++i) {
-    count += std::memcmp(&a.rgba[i], &b.rgba[i], sizeof(float)) != 0;
+    count += std::bit_cast<std::uint32_t>(a.rgba[i]) != std::bit_cast<std::uint32_t>(b.rgba[i]);
     largest = std::max(largest, std::abs(double{a.rgba[i]} - double{b.rgba[i]}));
   }
   return fmt::format("{} of {} values differ, by up to {:.3g}", count, a.rgba.size(), largest);
