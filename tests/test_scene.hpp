@@ -308,8 +308,8 @@ inline glm::dvec3 quadrature(const Plan& plan, const kernels::Light& light, cons
                           texel.height + glm::dot(texel.slope, film - sample) / scale - p.z);
       const double size = side / scale * std::sqrt(1 + glm::dot(texel.slope, texel.slope));
       if (side > 1e-4 && (size > 0.1 * std::max(glm::length(to), floor) || size * sigma_tr > 0.4)) {
-        for (const double x : {-0.5, 0.5})
-          for (const double y : {-0.5, 0.5}) add(film + glm::dvec2(x, y) * (0.5 * side), 0.5 * side);
+        for (const double v : {-0.25, 0.25})
+          for (const double u : {-0.25, 0.25}) add(film + glm::dvec2(u, v) * side, 0.5 * side);
         return;
       }
       const PerMedium r = texel_response(plan, light, texel, sample, film, p, n_o);
