@@ -138,8 +138,9 @@ std::vector<float> interleaved(const Image& image, int channels) {
   for (std::size_t i = 0; i < pixels; ++i) {
     const auto rgba = image.rgba.begin() + static_cast<std::ptrdiff_t>(4 * i);
     values.insert(values.end(), rgba, rgba + std::min(channels, 4));
+    if (channels < 7) continue;
     const auto error = image.standard_error.begin() + static_cast<std::ptrdiff_t>(3 * i);
-    if (channels == 7) values.insert(values.end(), error, error + 3);
+    values.insert(values.end(), error, error + 3);
   }
   return values;
 }
