@@ -264,13 +264,6 @@ void Compute::fill(const cl::Buffer& b, cl_uint value, std::size_t words) {
   });
 }
 
-void Compute::copy(const cl::Buffer& from, const cl::Buffer& to, std::size_t words, std::size_t from_word) {
-  if (words == 0) return;
-  chain([&](const auto* after, cl::Event* event) {
-    queue_.enqueueCopyBuffer(from, to, from_word * sizeof(cl_uint), 0, words * sizeof(cl_uint), after, event);
-  });
-}
-
 Compute::Prepared& Compute::prepared(const char* name) {
   const auto it = kernels_.find(name);
   if (it != kernels_.end()) return it->second;

@@ -96,8 +96,6 @@ class Compute {
   }
   /// Fills with the 32-bit pattern `value`.
   void fill(const cl::Buffer& b, cl_uint value, std::size_t words);
-  /// Copies the first words of a buffer to another, `from_word` being where they start.
-  void copy(const cl::Buffer& from, const cl::Buffer& to, std::size_t words, std::size_t from_word = 0);
   /// Gives a buffer back before its owner ends.
   void release(cl::Buffer& b);
   /// The owner of all buffers has ended: counts anew. Commands that use them may still be running.

@@ -285,10 +285,6 @@ CODE(clEnqueueFillBuffer,
      (cl_command_queue queue, cl_mem buffer, const void* pattern, size_t pattern_size, size_t offset, size_t size,
       cl_uint n_wait, const cl_event* wait, cl_event* event),
      (queue, buffer, pattern, pattern_size, offset, size, n_wait, wait, event), WAITS(false, pattern_size, from_host))
-CODE(clEnqueueCopyBuffer,
-     (cl_command_queue queue, cl_mem from, cl_mem to, size_t from_offset, size_t to_offset, size_t size, cl_uint n_wait,
-      const cl_event* wait, cl_event* event),
-     (queue, from, to, from_offset, to_offset, size, n_wait, wait, event), event_made(event))
 CODE(clEnqueueNDRangeKernel,
      (cl_command_queue queue, cl_kernel kernel, cl_uint dimensions, const size_t* offset, const size_t* global,
       const size_t* local, cl_uint n_wait, const cl_event* wait, cl_event* event),
