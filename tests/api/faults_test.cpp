@@ -1,5 +1,5 @@
-// The n-th OpenCL call of a renderer's whole life fails, for n from its first to its last: the call of the API that it
-// was for says so with the right status, nothing leaks, and what comes after gives the right image.
+// OpenCL calls of a renderer's whole life fail one by one, from every place that makes any, or all of them: the call of
+// the API that it was for says so with the right status, nothing leaks, and what comes after gives the right image.
 #include <map>
 #include <optional>
 #include <set>
