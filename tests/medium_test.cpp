@@ -200,5 +200,18 @@ TEST(Validate, NamesTheFieldThatIsWrong) {
   }
 }
 
+TEST(Validate, TellsLikelyMistakes) {
+  Material m = find_material("marble");
+  EXPECT_TRUE(doubts_of(m).empty());
+  m.ior = 1;
+  EXPECT_TRUE(doubts_of(m).empty());
+  m.ior = 1 / 1.5;
+  ASSERT_EQ(doubts_of(m).size(), 1U);
+  EXPECT_NE(doubts_of(m)[0].find("ior 0.666667 is below 1"), std::string::npos) << doubts_of(m)[0];
+  EXPECT_NE(doubts_of(m)[0].find("give 1.5 then"), std::string::npos) << doubts_of(m)[0];
+  for (const MeasuredMaterial& row : measured_materials())
+    for (const std::string& doubt : doubts_of(row.material)) EXPECT_EQ(doubt.find("ior"), std::string::npos) << doubt;
+}
+
 }  // namespace
 }  // namespace parian

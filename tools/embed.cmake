@@ -1,6 +1,7 @@
-# Writes the kernels (in order, #line-marked, without their own #include lines) and the table of materials as one
-# C++ file of string literals. Run by the build:
+# Writes the kernels (in order, #line-marked, without their own #include lines) as literals, and the table of materials
+# as numbers, into one C++ file. Run by the build:
 # cmake -DOUTPUT=… -DVERSION=… -DKERNELS=… -DBENCH_KERNELS=… -DMATERIALS=… -P embed.cmake
+cmake_minimum_required(VERSION 3.24)
 
 # A C++ raw string may hold 64 KiB at most by the standard, so text goes in as pieces, one per file.
 function(append_program name)
@@ -14,10 +15,44 @@ function(append_program name)
   set(text "${text};\n\n" PARENT_SCOPE)
 endfunction()
 
+# Numbers, and not text that a program would read by its locale's decimal point.
+function(append_materials table)
+  file(READ ${table} lines)
+  string(REGEX REPLACE "\\[[^]]*\\]|;|\n$" "" lines "${lines}")  # units, and what CMake's lists are divided by
+  string(REPLACE "\n" ";" lines "${lines}")
+  list(POP_FRONT lines head)
+  set(columns "name,dataset,sigma_s_R,sigma_s_G,sigma_s_B,sigma_s_prime_R,sigma_s_prime_G,sigma_s_prime_B,")
+  string(APPEND columns "sigma_a_R,sigma_a_G,sigma_a_B,g_R,g_G,g_B,eta")
+  if(NOT head MATCHES "^${columns},")
+    message(FATAL_ERROR "${table}: its columns aren't ${columns}")
+  endif()
+  set(rows "")
+  foreach(line IN LISTS lines)
+    string(REPLACE "," ";" fields "${line}")
+    list(GET fields 0 name)
+    list(GET fields 1 dataset)
+    list(GET fields 14 ior)
+    list(SUBLIST fields 2 3 sigma_s)
+    list(SUBLIST fields 5 3 sigma_s_prime)
+    list(SUBLIST fields 8 3 sigma_a)
+    list(SUBLIST fields 11 3 g)
+    if(sigma_s STREQUAL ";;")  # only the reduced coefficient was measured
+      set(sigma_s "${sigma_s_prime}")
+      set(g "0;0;0")
+    endif()
+    list(JOIN sigma_s ", " sigma_s)
+    list(JOIN sigma_a ", " sigma_a)
+    list(JOIN g ", " g)
+    string(APPEND rows "    {\"${name}\", \"${dataset}\", {${sigma_s}}, {${sigma_a}}, {${g}}, ${ior}},\n")
+  endforeach()
+  string(APPEND text "const MeasuredRow measured_rows[] = {\n${rows}    {}};\n\n")
+  set(text "${text}" PARENT_SCOPE)
+endfunction()
+
 set(text "// Made by tools/embed.cmake from kernels/ and host/src/materials.csv.\n#include \"embedded.hpp\"\n\n")
 string(APPEND text "namespace parian {\n\nconst char* const version = \"${VERSION}\";\n\n")
 append_program(kernel_sources ${KERNELS})
 append_program(bench_sources ${BENCH_KERNELS})
-file(READ ${MATERIALS} table)
-string(APPEND text "const char* const materials_table = R\"__(${table})__\";\n\n}  // namespace parian\n")
+append_materials(${MATERIALS})
+string(APPEND text "}  // namespace parian\n")
 file(WRITE ${OUTPUT} "${text}")

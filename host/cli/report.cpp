@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -12,6 +11,7 @@
 #include <limits>
 #include <memory>
 
+#include "ascii.hpp"
 #include "commands.hpp"
 #include "progress.hpp"
 #include "reference.hpp"
@@ -34,7 +34,9 @@ struct ReportOptions {
 
 /// A word as a shell takes it.
 std::string quoted(const std::string& word) {
-  const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || std::strchr("-_./:,=+%", c); };
+  const auto plain = [](char c) {
+    return ascii::is_lower(ascii::lower(c)) || ascii::is_digit(c) || std::strchr("-_./:,=+%", c);
+  };
   if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
   std::string out = "'";
   for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);

@@ -7,12 +7,13 @@
 #include <OpenMesh/Core/IO/reader/OFFReader.hh>
 #include <OpenMesh/Core/System/omstream.hh>
 #include <algorithm>
-#include <cctype>
 #include <fstream>
 #include <limits>
+#include <locale>
 #include <mutex>
 #include <sstream>
 
+#include "ascii.hpp"
 #include "mesh_importer.hpp"
 #include "mesh_prepare.hpp"
 
@@ -93,6 +94,7 @@ PolygonMesh run_reader(PreparedMesh& prepared, const std::string& extension, con
   OpenMesh::IO::Options options;
   if (prepared.binary) options += OpenMesh::IO::Options::Binary;
   std::istringstream stream(std::move(prepared.stream));
+  stream.imbue(std::locale::classic());
   if (extension == "om") stream.unsetf(std::ios::skipws);
   MeshImporter importer;
   if (!OpenMesh::IO::IOManager().read(stream, extension, importer, options))
@@ -105,9 +107,7 @@ PolygonMesh run_reader(PreparedMesh& prepared, const std::string& extension, con
 
 PolygonMesh read_mesh_file(const std::filesystem::path& path) {
   const std::string file = path.string();
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::string extension = ascii::lower(path.extension().string());
   if (!extension.empty()) extension.erase(0, 1);
   PreparedMesh (*prepare)(const std::string&, const std::string&) = extension == "ply"   ? prepare_ply
                                                                     : extension == "obj" ? prepare_obj

@@ -5,8 +5,9 @@
 
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
+#include <locale>
+#include <sstream>
 
 #include "error.hpp"
 
@@ -82,7 +83,11 @@ bool parse_number(std::string_view word, double& value) {
   const char* end = word.data() + word.size();
   const auto [stop, fault] = std::from_chars(word.data(), end, value);
   if (stop != end || word.empty()) return false;
-  if (fault == std::errc::result_out_of_range) value = std::strtod(std::string(word).c_str(), nullptr);
+  if (fault == std::errc::result_out_of_range) {  // 0, or infinity
+    std::istringstream stream{std::string(word)};
+    stream.imbue(std::locale::classic());
+    if (!(stream >> value) && value != 0) value = std::copysign(HUGE_VAL, value);
+  }
   return fault != std::errc::invalid_argument;
 }
 

@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstring>
 
+#include "ascii.hpp"
 #include "mesh_prepare.hpp"
 
 namespace parian {
@@ -15,7 +15,7 @@ constexpr std::size_t triangle_size = 50;
 
 bool same(std::string_view word, std::string_view lower) {
   return std::equal(word.begin(), word.end(), lower.begin(), lower.end(),
-                    [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
+                    [](char a, char b) { return ascii::lower(a) == b; });
 }
 
 std::uint32_t little_endian(const char* bytes) {

@@ -1,11 +1,17 @@
-// Texts that the build puts inside the library (made by tools/embed.cmake).
+// Texts and numbers that the build puts inside the library (made by tools/embed.cmake).
 #pragma once
 
 namespace parian {
 
-extern const char* const version;          ///< "MAJOR.MINOR.PATCH"
-extern const char* const kernel_sources;   ///< all kernels that render, one OpenCL C program
-extern const char* const bench_sources;    ///< the kernel that measures a device's peak, a program of its own
-extern const char* const materials_table;  ///< CSV of measured materials
+extern const char* const version;         ///< "MAJOR.MINOR.PATCH"
+extern const char* const kernel_sources;  ///< all kernels that render, one OpenCL C program
+extern const char* const bench_sources;   ///< the kernel that measures a device's peak, a program of its own
+
+/// A line of the table of measured materials: RGB, in 1/mm; sigma_s is the reduced one where g is 0.
+struct MeasuredRow {
+  const char *name, *dataset;
+  double sigma_s[3], sigma_a[3], g[3], ior;
+};
+extern const MeasuredRow measured_rows[];  ///< after the last one, one without a name
 
 }  // namespace parian

@@ -1,16 +1,14 @@
-// Constants of media and boundaries in double: Fresnel moments by quadrature, and the table of measured materials.
+// Constants of media and boundaries in double: Fresnel moments by quadrature, and measured materials.
 #include "medium.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
-#include <map>
 #include <numeric>
-#include <sstream>
 #include <utility>
 
+#include "ascii.hpp"
 #include "embedded.hpp"
 #include "error.hpp"
 
@@ -54,7 +52,7 @@ double diffuse_reflectance_fit(double eta) {
 std::string plain(const std::string& name) {
   std::string result;
   for (const char c : name)
-    if (c != ' ' && c != '-' && c != '_') result += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (c != ' ' && c != '-' && c != '_') result += ascii::lower(c);
   return result;
 }
 
@@ -72,49 +70,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-/// The fields of one line of CSV; quotes may surround a field that contains commas.
-std::vector<std::string> csv_fields(const std::string& line) {
-  std::vector<std::string> fields(1);
-  bool quoted = false;
-  for (const char c : line) {
-    if (c == '"')
-      quoted = !quoted;
-    else if (c == ',' && !quoted)
-      fields.emplace_back();
-    else if (c != '\r')
-      fields.back() += c;
-  }
-  return fields;
-}
-
-std::vector<MeasuredMaterial> parse_materials(const char* table) {
-  std::istringstream in(table);
-  std::string line;
-  std::getline(in, line);
-  std::map<std::string, std::size_t> column;
-  for (const std::string& name : csv_fields(line)) column.emplace(name.substr(0, name.find('[')), column.size());
-  std::vector<MeasuredMaterial> rows;
-  while (std::getline(in, line)) {
-    const std::vector<std::string> fields = csv_fields(line);
-    if (fields.size() != column.size()) continue;
-    const auto rgb = [&](const std::string& name) {
-      glm::dvec3 value{};
-      for (int c = 0; c < 3; ++c) {
-        const std::string& text = fields[column.at(name + "_" + "RGB"[c])];
-        value[c] = text.empty() ? 0.0 : std::stod(text);
-      }
-      return value;
-    };
-    const bool reduced_only = fields[column.at("sigma_s_R")].empty();
-    rows.push_back({{.name = fields[column.at("name")],
-                     .sigma_s = rgb(reduced_only ? "sigma_s_prime" : "sigma_s"),
-                     .sigma_a = rgb("sigma_a"),
-                     .g = rgb("g"),
-                     .ior = std::stod(fields[column.at("eta")])},
-                    fields[column.at("dataset")]});
-  }
-  return rows;
-}
+glm::dvec3 rgb(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
 }  // namespace
 
@@ -187,6 +143,24 @@ void validate(const Material& material, const std::string& place) {
   }
 }
 
+std::vector<std::string> doubts_of(const Material& material) {
+  std::vector<std::string> doubts;
+  if (material.ior < 1)
+    doubts.push_back(fmt::format(
+        "material '{}': ior {:g} is below 1, less than the outside has, and shines several times too bright "
+        "if it is the inverse of what was meant; give {:.4g} then",
+        material.name, material.ior, 1 / material.ior));
+  for (int c = 0; c < 3; ++c) {
+    const ChannelConstants k = channel_constants(material.sigma_s[c], material.sigma_a[c], material.g[c], material.ior);
+    if (k.alpha_prime > 0 && k.alpha_prime < 0.5)
+      doubts.push_back(
+          fmt::format("material '{}': reduced albedo {:.2f} in channel {} is below 0.5, where a diffusion model is "
+                      "several times too bright",
+                      material.name, k.alpha_prime, "RGB"[c]));
+  }
+  return doubts;
+}
+
 kernels::ExactMedium exact_medium(const ChannelConstants& channel, Model model, double unit) {
   kernels::ExactMedium m{};
   m.sigma_t_prime = channel.sigma_t_prime * unit;
@@ -237,7 +211,12 @@ kernels::Boundary boundary(double eta) {
 }
 
 const std::vector<MeasuredMaterial>& measured_materials() {
-  static const std::vector<MeasuredMaterial> materials = parse_materials(materials_table);
+  static const std::vector<MeasuredMaterial> materials = [] {
+    std::vector<MeasuredMaterial> all;
+    for (const MeasuredRow* row = measured_rows; row->name; ++row)
+      all.push_back({{row->name, rgb(row->sigma_s), rgb(row->sigma_a), rgb(row->g), row->ior}, row->dataset});
+    return all;
+  }();
   return materials;
 }
 

@@ -38,6 +38,9 @@ struct ChannelConstants {
 /// Throws Error(input) naming the field, prefixed by `place`, unless S_d can be computed for every channel.
 void validate(const Material& material, const std::string& place);
 
+/// What is likely a mistake, or beyond the model: a line for each.
+[[nodiscard]] std::vector<std::string> doubts_of(const Material& material);
+
 /// What bssrdf.h takes, for positions in units of `unit` lengths (those that the coefficients are inverse to); S then
 /// is in the inverse square of that unit. A channel that doesn't scatter gets scale 0.
 [[nodiscard]] kernels::ExactMedium exact_medium(const ChannelConstants& channel, Model model, double unit);

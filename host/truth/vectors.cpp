@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -42,9 +42,15 @@ std::optional<double> number(const Json& json) {
   if (json.is_number()) value = json.get<double>();
   if (json.is_string()) {
     const auto& text = json.get_ref<const std::string&>();
-    char* end = nullptr;
-    value = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0') return {};
+    const bool minus = text.starts_with('-');
+    std::string_view digits = std::string_view(text).substr(minus ? 1 : 0);
+    const bool hexadecimal = digits.starts_with("0x") || digits.starts_with("0X");
+    if (hexadecimal) digits.remove_prefix(2);
+    const char* end = digits.data() + digits.size();
+    const auto [stop, fault] =
+        std::from_chars(digits.data(), end, value, hexadecimal ? std::chars_format::hex : std::chars_format::general);
+    if (stop != end || fault != std::errc()) return {};
+    if (minus) value = -value;
   }
   if (!std::isfinite(value)) return {};
   return value;
