@@ -105,6 +105,10 @@ typedef struct {
 // Subpixel positions that are drawn and gathered side by side, at most.
 #define POSITIONS_SIDE_BY_SIDE 8u
 
+// Ranges of squared distances that a mesh in buffers is measured by: floats that share exponent and two bits more.
+#define REACH_SHIFT 21
+#define REACH_COUNTS (0x7f800000u >> REACH_SHIFT)
+
 // Guides of samples (guide.cl): texels along a side of a tile that shares one, and slots of a guide; cubes
 // along a side of the curve through what is lit, and work-items that add up what these hold; ranges of a list, and
 // parts of a range; the numbers that a guide takes.

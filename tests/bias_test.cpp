@@ -4,6 +4,7 @@
 
 #include "estimate.hpp"
 #include "test_render.hpp"
+#include "words.hpp"
 
 namespace parian {
 namespace {
@@ -72,8 +73,9 @@ TEST(Bias, AboveTheTargetItIsAWarningWithARemedy) {
     const Statistics s = render(scene, settings, 2).statistics;
     ASSERT_GT(s.estimated_bias_relmse, 1e-3);
     ASSERT_LT(s.estimated_bias_relmse, 0.9);
-    const bool warned = std::any_of(s.warnings.begin(), s.warnings.end(),
-                                    [](const std::string& w) { return w.find("--layer-size") != std::string::npos; });
+    const bool warned = std::any_of(s.warnings.begin(), s.warnings.end(), [](const std::string& w) {
+      return w.find(setting("layer_size")) != std::string::npos;
+    });
     EXPECT_EQ(warned, error == 1e-3) << error;
   }
 }

@@ -220,6 +220,25 @@ TEST(RenderLimits, NoLightOrNoScatteringIsExactlyBlack) {
   }
 }
 
+// A thousandth of a pixel wide: subpixel positions lie farther apart, and a picture without it isn't a right one.
+TEST(RenderLimits, NeedlesThatNoPositionMeetsAreTold) {
+  const auto warned = [](const Rendered& r) {
+    return std::any_of(r.statistics.warnings.begin(), r.statistics.warnings.end(),
+                       [](const std::string& w) { return w.find("no subpixel position meets") != std::string::npos; });
+  };
+  const Scene needle = bare_scene(box({1e-3, 60.0, 1e-3}), find_material("marble"), {32, 32});
+  const Rendered missed = render(needle, smallest_settings(), 2);
+  ASSERT_EQ(pixels_inside(missed.image), 0U);
+  EXPECT_TRUE(warned(missed));
+  EXPECT_LT(missed.statistics.estimated_relmse, 0.0);
+  Scene seen = bare_scene(box({6.0, 60.0, 6.0}), find_material("marble"), {32, 32});
+  EXPECT_FALSE(warned(render(seen, smallest_settings(), 2)));
+  seen.cameras[0].target = 2.0 * seen.cameras[0].eye;  // away from it: an empty picture is right
+  const Rendered away = render(seen, smallest_settings(), 2);
+  EXPECT_FALSE(warned(away));
+  EXPECT_EQ(away.statistics.estimated_relmse, 0.0);
+}
+
 TEST(RenderLimits, OneBlackChannelStaysBlack) {
   Scene scene = bare_scene(model("torus"), find_material("marble"), {40, 40});
   scene.material.sigma_s.y = 0.0;

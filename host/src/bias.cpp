@@ -67,7 +67,7 @@ double Renderer::State::bias_relmse(std::size_t camera, const Halves& image) {
   compute.finish();
   statistics.bias_evaluations +=
       static_cast<double>(d.pixels.size()) * positions * rounds * samples_per_frame() * plan.channels();
-  return estimated_bias_relmse(image, d);
+  return estimated_bias_relmse(image, d, expected(camera));
 }
 
 }  // namespace parian

@@ -36,13 +36,15 @@ double weight_of(double a, double b, double epsilon) {
 
 }  // namespace
 
-double estimated_relmse(const Halves& h, const Halves& finest) {
+double estimated_relmse(const Halves& h, const Halves& finest, const Expected& expected) {
   const Mean mean = mean_of(h);
-  if (mean.count == 0)  // an empty film is exact; edges alone tell nothing
-    return std::any_of(h.alpha.begin(), h.alpha.end(), [](float alpha) { return alpha > 0.0F; }) ? -1.0 : 0.0;
+  if (mean.count == 0) {  // an empty film is exact; edges alone tell nothing
+    const bool edges = std::any_of(h.alpha.begin(), h.alpha.end(), [](float alpha) { return alpha > 0.0F; });
+    return edges || expected.object ? -1.0 : 0.0;
+  }
   if (!std::isfinite(mean.value))
     return std::numeric_limits<double>::infinity();  // a NaN must never count as converged
-  if (mean.value <= 0.0) return 0.0;
+  if (mean.value <= 0.0) return expected.light ? -1.0 : 0.0;
   double variance = 0.0, blur = 0.0;
   for (std::size_t i = 0; i < h.alpha.size(); ++i) {
     if (h.alpha[i] < covered) continue;
@@ -57,11 +59,11 @@ double estimated_relmse(const Halves& h, const Halves& finest) {
   return (variance + std::max(blur, 0.0)) / static_cast<double>(mean.count);
 }
 
-double estimated_bias_relmse(const Halves& h, const PixelDifferences& d) {
+double estimated_bias_relmse(const Halves& h, const PixelDifferences& d, const Expected& expected) {
   if (d.pixels.empty()) return -1.0;
   const Mean mean = mean_of(h);
   if (!std::isfinite(mean.value)) return std::numeric_limits<double>::infinity();
-  if (mean.value <= 0.0) return 0.0;
+  if (mean.value <= 0.0) return expected.light ? -1.0 : 0.0;
   double sum = 0.0;
   for (std::size_t i = 0; i < d.pixels.size(); ++i)
     for (int c = 0; c < 3; ++c)

@@ -15,6 +15,7 @@ struct Geometry {
   cl::Buffer triangles;    ///< 3 uint per triangle
   cl::Buffer normals;      ///< 9 float per triangle: shading normals of its corners
   cl::Buffer normal_sums;  ///< of a mesh that lies on the device: 3 int per vertex
+  cl::Buffer outside;      ///< of such a mesh: triangles that left the sphere, and the bits of how far, squared
   cl::Buffer records, large, n_large;
   std::optional<kernels::View> set_up;  ///< of which the records are
   cl_uint n_positions = 0, n_triangles = 0, n_records = 0;

@@ -10,6 +10,7 @@
 
 #include "renderer_state.hpp"
 #include "self_test.hpp"
+#include "words.hpp"
 
 namespace parian {
 namespace {
@@ -29,6 +30,7 @@ void Renderer::State::prepare() {
   }
   with_device_errors(compute.info(), [&] {
     Timer timer(statistics.seconds.plan);
+    if (device_mesh) fit_sphere();
     for (auto& doubt : require_sound(compute, settings, plan.lanes)) plan.warnings.push_back(doubt);
     passes.seed = settings.seed;
     if (plan.unit_lights && plan.lights.size() == 1) colour = plan.lights[0].light.irradiance;
@@ -55,6 +57,61 @@ void Renderer::State::prepare() {
     measure_rate();
     compute.finish();
   });
+}
+
+/// The plan anew where the caller's sphere doesn't hold the mesh; what is compiled doesn't depend on it.
+void Renderer::State::fit_sphere() {
+  const MeshBounds given = *scene.on_device;
+  const MeshSphere sphere = measure_sphere(compute, *device_mesh, given);
+  if (sphere.space.radius != given.radius) {
+    scene.on_device->centre = sphere.space.centre;
+    scene.on_device->radius = sphere.space.radius;
+    plan = make_plan(scene, settings, compute.info());
+  }
+  if (const std::string said = doubt_of(sphere, given); !said.empty()) plan.warnings.push_back(said);
+}
+
+/// Of frames so far, whether the mesh left its sphere.
+void Renderer::State::look_outside() {
+  if (!device_mesh) return;
+  const Outside now = read_outside(passes);
+  outside.triangles += now.triangles;
+  outside.reach = std::max(outside.reach, now.reach);
+}
+
+/// Whether light falls on what scatters it, in a channel at least.
+bool Renderer::State::lit() const {
+  if (plan.dark) return false;
+  for (const PlannedLight& l : plan.lights)
+    for (int c = 0; c < 3; ++c) {
+      const double e = l.light.irradiance[c] * (plan.unit_lights ? 1.0 : colour[c]);
+      const std::uint32_t medium = plan.medium_of[static_cast<std::size_t>(c)];
+      if (e > 0.0 && medium < plan.channels() && plan.media[medium].scale > 0.0F) return true;
+    }
+  return false;
+}
+
+Expected Renderer::State::expected(std::size_t camera) const { return {centre_in_film(cameras[camera]), lit()}; }
+
+/// What is wrong with a picture that shows nothing where something should be seen.
+void Renderer::State::doubt_picture(std::size_t camera, const Halves& image) {
+  const Expected should = expected(camera);
+  const bool covered = std::any_of(image.alpha.begin(), image.alpha.end(), [](float alpha) { return alpha > 0.0F; });
+  const auto black = [](glm::vec3 v) { return v == glm::vec3(0.0F); };
+  std::string what;
+  if (!covered && should.object)
+    what = fmt::format(
+        "camera {}: no subpixel position meets the object, although its middle lies in the film: it is thinner than "
+        "they are apart, or the camera looks past it; use a larger {} or come closer",
+        camera + 1, setting("film"));
+  if (covered && should.light && std::all_of(image.a.begin(), image.a.end(), black) &&
+      std::all_of(image.b.begin(), image.b.end(), black))
+    what = fmt::format(
+        "camera {}: the picture is black although light falls on the object: no light comes through to where the "
+        "camera looks, or texels of its light map are larger than the object; turn the light, or use a thinner "
+        "material or a larger {}",
+        camera + 1, setting("light_map_size"));
+  if (!what.empty() && std::find(doubts.begin(), doubts.end(), what) == doubts.end()) doubts.push_back(what);
 }
 
 void Renderer::State::settle() {
@@ -179,10 +236,20 @@ Renderer::Renderer(Scene scene, const Settings& settings, const std::string& sel
 
 Renderer::Renderer(Scene scene, const Settings& settings, std::shared_ptr<Compute> compute, const DeviceMesh* mesh)
     : state_(std::make_unique<State>(std::move(scene), settings, std::move(compute), mesh)) {
-  state_->prepare();
+  try {
+    state_->prepare();
+  } catch (...) {
+    leave();
+    throw;
+  }
 }
 
-Renderer::~Renderer() = default;
+Renderer::~Renderer() { leave(); }
+
+/// Buffers of a driver that is of no use any more can't be released.
+void Renderer::leave() noexcept {
+  if (state_ && state_->compute.abandoned()) (void)state_.release();
+}
 
 void Renderer::frame() {
   State& s = *state_;
@@ -316,6 +383,7 @@ std::span<const Halves> Renderer::State::gather_halves(std::size_t camera, const
 double Renderer::estimate() {
   State& s = *state_;
   return with_device_errors(s.compute.info(), [&] {
+    s.look_outside();
     double best = INFINITY;
     const auto try_levels = [&](std::uint32_t highest, std::uint32_t lowest) {  // two of them, and level 0
       std::vector<cl_uint> levels;
@@ -325,7 +393,7 @@ double Renderer::estimate() {
       for (std::size_t camera = 0; camera < s.cameras.size(); ++camera) {
         const std::span<const Halves> halves = s.gather_halves(camera, levels, s.positions_of_estimate(camera));
         for (std::size_t i = 0; i < halves.size(); ++i)
-          worst[i] = std::max(worst[i], estimated_relmse(halves[i], halves.back()));
+          worst[i] = std::max(worst[i], estimated_relmse(halves[i], halves.back(), s.expected(camera)));
       }
       for (std::size_t i = 0; i < levels.size(); ++i)
         if (worst[i] < best) {
@@ -359,13 +427,15 @@ Image Renderer::image(std::size_t camera) {
   if (camera > 0) timer.emplace(s.further_seconds);
   s.further_views += camera > 0;
   return with_device_errors(s.compute.info(), [&] {
+    s.look_outside();
     std::vector<cl_uint> levels;
     if (s.level > 0) levels.push_back(s.level);
     levels.push_back(0);
     const std::span<const Halves> halves = s.gather_halves(camera, levels, subpixel_positions);
     // Checkpoints look at one position a pixel; over many of them level 0 may be the better one after all.
-    const double fine = estimated_relmse(halves.back(), halves.back());
-    const double coarse = levels.size() > 1 ? estimated_relmse(halves.front(), halves.back()) : fine;
+    const Expected expected = s.expected(camera);
+    const double fine = estimated_relmse(halves.back(), halves.back(), expected);
+    const double coarse = levels.size() > 1 ? estimated_relmse(halves.front(), halves.back(), expected) : fine;
     s.statistics.fallback_pixels = s.fallback_pixels + (camera == 0 ? 0 : s.statistics.fallback_pixels);
     const Halves& h = coarse < fine ? halves.front() : halves.back();
     if (s.plan.gather == Gather::camera) {
@@ -374,6 +444,7 @@ Image Renderer::image(std::size_t camera) {
       const double unseen = static_cast<double>(s.fallback_pixels) / std::max(covered, 1.0);
       s.statistics.layers_covered = std::min(s.statistics.layers_covered, 1.0 - unseen);
     }
+    s.doubt_picture(camera, h);
     Image image{s.scene.film.x, s.scene.film.y, {}, std::min(coarse, fine), {}};
     s.statistics.estimated_bias_relmse = std::max(s.statistics.estimated_bias_relmse, s.bias_relmse(camera, h));
     s.statistics.estimated_relmse =

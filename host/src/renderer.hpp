@@ -71,6 +71,8 @@ class Renderer {
   [[nodiscard]] const DeviceInfo& device() const;
 
  private:
+  void leave() noexcept;
+
   struct State;
   std::unique_ptr<State> state_;
 };

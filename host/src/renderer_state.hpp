@@ -67,6 +67,8 @@ struct Renderer::State {
   std::vector<Halves> halves;
   std::vector<kernels::float4> film_sums;
   std::uint64_t fallback_pixels = 0;  // of the last gather
+  Outside outside;                    // of a mesh in buffers, in all frames so far
+  std::vector<std::string> doubts;    // of pictures, each once
   double direct_evaluations = 0.0;    // at pixels themselves
   std::uint32_t redraws = 0;          // of the light maps, after the first
   // What has been left out while rendering:
@@ -80,6 +82,12 @@ struct Renderer::State {
 
   void prepare();
   void settle();  // waits, if stages are timed
+  void fit_sphere();
+  void look_outside();
+  [[nodiscard]] bool lit() const;
+  [[nodiscard]] Expected expected(std::size_t camera) const;
+  void doubt_picture(std::size_t camera, const Halves& image);
+  [[nodiscard]] std::vector<DirectionalLight> taking_part(const std::vector<DirectionalLight>& lights) const;
   void plan_layers();
   void plan_live_layers();
   [[nodiscard]] std::vector<kernels::View> placed_layers(SurfaceSight& sight);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "renderer_state.hpp"
+#include "words.hpp"
 
 namespace parian {
 
@@ -15,13 +16,14 @@ constexpr double fall_of_bias = 7.0;  // of its relMSE when layers are doubled i
 
 std::string bias_warning(double bias, const Settings& settings, Gather gather) {
   const double doublings = std::ceil(std::log(bias / settings.error) / std::log(fall_of_bias));
-  const std::string remedy = gather == Gather::camera
-                                 ? "--gather layers, or a larger --size,"
-                                 : fmt::format("--layer-size {:.0f}", settings.layer_size * std::exp2(doublings));
+  const std::string remedy =
+      gather == Gather::camera
+          ? fmt::format("{}, or a larger {},", setting("gather_layers"), setting("film"))
+          : fmt::format("{} {:.0f}", setting("layer_size"), settings.layer_size * std::exp2(doublings));
   return fmt::format(
-      "looking light up in layers adds a relMSE of about {:.2g}, above --error {:g}, that more frames don't remove; "
-      "{} would",
-      bias, settings.error, remedy);
+      "looking light up in layers adds a relMSE of about {:.2g}, above {} {:g}, that more frames don't remove; {} "
+      "would",
+      bias, setting("error"), settings.error, remedy);
 }
 
 }  // namespace
@@ -109,6 +111,12 @@ const Statistics& Renderer::statistics() const {
   if (t.nonfinite > 0)
     t.warnings.push_back(
         "some values were not finite or negative and were set to 0: the device or its driver computes wrongly");
+  t.warnings.insert(t.warnings.end(), s.doubts.begin(), s.doubts.end());
+  if (s.outside.triangles > 0)
+    t.warnings.push_back(fmt::format(
+        "mesh: triangles lay outside its sphere, of radius {:.4g}, {} times, where light maps and layers cut "
+        "them off, and beyond two radii nothing is drawn; give a radius of {:.4g} and plan again",
+        s.plan.space.radius, s.outside.triangles, 1.001 * s.outside.reach * s.plan.space.radius));
   if (s.settings.error > 0 && t.estimated_bias_relmse > s.settings.error)
     t.warnings.push_back(bias_warning(t.estimated_bias_relmse, s.settings, s.plan.gather));
   t.left_out = s.plan.left_out;

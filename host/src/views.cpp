@@ -100,6 +100,16 @@ kernels::View camera_layer(kernels::View camera) {
   return camera;
 }
 
+bool centre_in_film(const kernels::View& v) {
+  const auto along = [&](const kernels::float4& axis) {  // from the camera to the centre, which is 0
+    return -(double{v.origin.x} * axis.x + double{v.origin.y} * axis.y + double{v.origin.z} * axis.z);
+  };
+  const double depth = -along(v.back);
+  if (!(depth > 0.0)) return false;
+  const double x = v.centre_x + v.scale * along(v.right) / depth, y = v.centre_y + v.scale * along(v.down) / depth;
+  return x >= 0.0 && y >= 0.0 && x < v.width && y < v.height;
+}
+
 bool needs_clipping(const kernels::View& v) {
   const double distance = std::hypot(v.origin.x, v.origin.y, v.origin.z);
   // Depth along the axis, not distance: the object may lie beside or behind a camera that looks elsewhere.

@@ -26,6 +26,9 @@ struct ObjectSpace {
 /// A camera's own view as a layer: the same, with sides halved until it has at most 2^20 texels.
 [[nodiscard]] kernels::View camera_layer(kernels::View camera);
 
+/// Whether the object's centre lies in front of the camera and in its film.
+[[nodiscard]] bool centre_in_film(const kernels::View& pinhole);
+
 /// True when some triangle may need clipping: the object reaches the near plane or leaves the guard band.
 [[nodiscard]] bool needs_clipping(const kernels::View& pinhole);
 

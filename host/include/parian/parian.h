@@ -9,8 +9,9 @@
  * scale the other way, so any unit of length will do if it is the same everywhere.
  *
  * Structs. The first field of each, struct_size, is sizeof that struct, so that a program compiled against an older
- * header keeps working; fields that a shorter struct lacks count as 0. Every struct that is passed in may be released
- * or changed as soon as the call returns. Zero-initialised optional fields mean "not given".
+ * header keeps working; fields that a shorter struct lacks count as 0, and what a longer one has more is set to 0 where
+ * the library fills it in. Every struct that is passed in may be released or changed as soon as the call returns.
+ * Zero-initialised optional fields mean "not given".
  *
  * Errors. Every call returns a status. What went wrong is said in one line by parian_message, with the OpenCL code, if
  * there is one, in parian_opencl_code, both of the calling thread's last failure. The library never prints, never
@@ -55,7 +56,8 @@ typedef enum parian_status {
   PARIAN_INVALID_SCENE = 3,    /* what was given can't be rendered: the message names the field */
   PARIAN_DEVICE_FAILED = 4,    /* no device, it refuses the kernels, or it fails the self-test or a call */
   PARIAN_OUT_OF_MEMORY = 5,    /* on the device, on the host, or in the scratch buffer that was supplied */
-  PARIAN_DEVICE_LOST = 6,      /* the context is of no use any more: release the renderer and make a new context */
+  PARIAN_DEVICE_LOST = 6,      /* the context is of no use any more: release the renderer and make a new context; where
+                                  the driver's own code threw an exception, its objects stay behind, and so does it */
   PARIAN_NOT_PLANNED = 7,      /* something changed that needs parian_plan first, or a failure undid the plan */
   PARIAN_BUSY = 8,             /* another thread is inside a call with this renderer */
   PARIAN_CANCELLED = 9,        /* the callback said so: the plan is undone, parian_plan starts anew */
@@ -125,8 +127,11 @@ typedef enum parian_normals {
  *
  * Buffers: x, y, z as float at `position_offset` + i * `position_stride` bytes, multiples of 4; three uint of each
  * triangle at `index_offset` on, tightly packed. `centre` and `radius` are of a sphere that holds all positions at all
- * times; what leaves it is cut off from light maps and layers. Triangles with an index out of range, or with a corner
- * that isn't finite or lies two radii from the centre, are not drawn. Normals are computed on the device: where a
+ * times; parian_plan measures the positions as they are then, and plans for the smallest sphere that holds this one and
+ * them, with a warning where it has to be larger, or for theirs alone where radius is 0. What leaves the sphere later
+ * is cut off from light maps and layers, which the next call that waits lists as a warning. Triangles with an index out
+ * of range, or with a corner that isn't finite or lies two radii from the centre, are not drawn; beside a radius, one
+ * that lies alone, farther off than the others reach twice, isn't measured. Normals are computed on the device: where a
  * vertex' smooth normal is more than 40 degrees off the triangle's, the triangle's own. */
 typedef struct parian_mesh {
   size_t struct_size;
@@ -142,12 +147,13 @@ typedef struct parian_mesh {
   size_t position_offset;
   cl_mem index_buffer;
   size_t index_offset;
-  double centre[3];
-  double radius;
+  double centre[3];      /* of no effect without a radius */
+  double radius;         /* 0: measured when planned */
   uint32_t for_one_plan; /* not 0: the host copy is freed once it's planned; a second plan needs the mesh again */
 } parian_mesh;
 
-/* Optical coefficients of the material, RGB, in 1/mm, 0 to 1e15 and not both 0; g -1 to 1, ior above 0. */
+/* Optical coefficients of the material, RGB, in 1/mm, 0 to 1e15 and not both 0; g -1 to 1, ior above 0, below 1 with a
+ * warning. */
 typedef struct parian_material {
   size_t struct_size;
   double sigma_s[3]; /* scattering; the reduced one where g is 0 */
@@ -263,7 +269,8 @@ PARIAN_API parian_status parian_gather(parian_renderer* renderer, cl_command_que
 /* Whether an estimate is due: after frames 1, 2, 3, 4, 6, 8, 12, 16, ..., but not where the error can't yet be below
  * settings.error. */
 PARIAN_API parian_status parian_estimate_due(const parian_renderer* renderer, uint32_t* due);
-/* The images' estimated relMSE, the worst camera's; negative where no pixel is covered fully. Waits. */
+/* The images' estimated relMSE, the worst camera's; negative, for not known, where only edges are covered, where
+ * nothing is although the object's middle lies in the film, or where all is black although light falls on it. Waits. */
 PARIAN_API parian_status parian_estimate(parian_renderer* renderer, cl_command_queue queue, double* relmse);
 /* The finished image of a camera into host memory, 4 x width x height floats as in parian_image, gathered at 64
  * subpixel positions, of the level with the smaller estimated relMSE, which `*relmse` gets unless NULL. Waits. */
