@@ -11,13 +11,15 @@
 #include "embedded.hpp"
 #include "error.hpp"
 #include "nearest.hpp"
+#include "words.hpp"
 
 namespace {
 
 using parian::ErrorKind;
 
 /// Prints the one line that an error is, and returns its exit code.
-int report(ErrorKind kind, std::string message) {
+int report(ErrorKind kind, const std::string& marked) {
+  std::string message = parian::in_command_words(marked);
   for (char& c : message) {
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
   }

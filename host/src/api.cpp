@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "api_given.hpp"
+#include "api_marked.hpp"
 #include "compute.hpp"
 #include "embedded.hpp"
 #include "geometry.hpp"
@@ -16,11 +17,12 @@
 #include "medium.hpp"
 #include "plan.hpp"
 #include "renderer.hpp"
+#include "words.hpp"
 
 namespace {
 
 struct LastFailure {
-  std::string message;
+  std::string marked, message;  // with marks for settings, and in the API's words
   cl_int code = CL_SUCCESS;
 };
 thread_local LastFailure last_failure;
@@ -28,7 +30,7 @@ thread_local LastFailure last_failure;
 /// Lists that parian_get_statistics makes for the calls after it.
 struct Texts {
   std::vector<parian::Omission> omissions;
-  std::vector<std::string> warnings, explanation;
+  std::vector<std::string> marked_warnings, warnings, explanation;
 };
 
 }  // namespace
@@ -51,7 +53,7 @@ using parian::buffer_of;
 using parian::Error;
 using parian::ErrorKind;
 using parian::give;
-using parian::in_api_terms;
+using parian::in_api_words;
 using parian::one_of;
 using parian::refuse;
 using parian::taken;
@@ -85,8 +87,10 @@ template <class F>
 parian_status failed(parian_status status, cl_int code, F&& message) noexcept {
   last_failure.code = code;
   try {
-    last_failure.message = in_api_terms(message());
+    last_failure.marked = message();
+    last_failure.message = in_api_words(last_failure.marked);
   } catch (...) {  // no memory for the text
+    last_failure.marked.clear();
     last_failure.message.clear();
   }
   return status;
@@ -213,6 +217,12 @@ const T& at(const std::vector<T>& list, std::size_t i, const char* what) {
   return list[i];
 }
 
+bool same_lights(const std::vector<parian::DirectionalLight>& a, const std::vector<parian::DirectionalLight>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
+    return x.towards == y.towards && x.irradiance == y.irradiance;
+  });
+}
+
 parian_status text_at(const parian_renderer* renderer, std::vector<std::string> Texts::*list, std::size_t i,
                       const char* what, const char** text) {
   return with(renderer, [&](const parian_renderer& r) {
@@ -222,6 +232,11 @@ parian_status text_at(const parian_renderer* renderer, std::vector<std::string> 
 }
 
 }  // namespace
+
+const std::string& parian::marked_message() { return last_failure.marked; }
+const std::vector<std::string>& parian::marked_warnings(const parian_renderer* renderer) {
+  return renderer->texts.marked_warnings;
+}
 
 extern "C" {
 
@@ -246,6 +261,7 @@ parian_status parian_create(const parian_create_info* given, parian_renderer** r
 
 void parian_release(parian_renderer* renderer) {
   if (!renderer) return;
+  if (renderer->compute->abandoned()) return;  // so are its objects
   undo_plan(*renderer);
   renderer->compute->drain();
   delete renderer;
@@ -318,9 +334,11 @@ parian_status parian_set_mesh(parian_renderer* renderer, const parian_mesh* mesh
                               m.n_triangles));
     one_of<parian_normals>(m.normals_kind, "mesh: normals_kind");
     if (m.position_buffer || m.index_buffer) {
+      const parian::MeshBounds bounds{m.n_positions, m.n_triangles, vec3(m.centre), m.radius};
+      parian::check_bounds(bounds);
       r.device_mesh = parian::device_mesh(*r.compute, m);
       r.scene.mesh = {};
-      r.scene.on_device = {m.n_positions, m.n_triangles, vec3(m.centre), m.radius};
+      r.scene.on_device = bounds;
     } else {
       parian::Mesh host = parian::host_mesh(m);
       if (host.triangles.empty()) throw Error(ErrorKind::input, "mesh: no triangle has an area; give one that has");
@@ -357,6 +375,7 @@ parian_status parian_set_lights(parian_renderer* renderer, size_t n, const paria
       next += given->struct_size;
     }
     parian::check_lights(all);
+    if (r.has_lights && same_lights(all, r.scene.lights)) return;
     if (r.planned && !r.planned->set_lights(all)) undo_plan(r);
     r.scene.lights = std::move(all);
     r.has_lights = true;
@@ -510,8 +529,8 @@ parian_status parian_get_statistics(parian_renderer* renderer, parian_statistics
     r.texts = {};
     if (r.planned) {
       const parian::Statistics& t = r.planned->statistics();
-      r.texts = {t.left_out, t.warnings, r.planned->explanation()};
-      for (std::string& warning : r.texts.warnings) warning = in_api_terms(warning);
+      r.texts = {t.left_out, t.warnings, {}, r.planned->explanation()};
+      for (const std::string& warning : t.warnings) r.texts.warnings.push_back(in_api_words(warning));
       s.frames = t.frames;
       s.layers_count = t.layers_count;
       s.layers_size = t.layers_size;

@@ -1,13 +1,12 @@
 // What callers of the C API give: host memory, buffers and settings.
 #include "api_given.hpp"
 
-#include <cctype>
 #include <cmath>
-#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "geometry.hpp"
+#include "plan.hpp"
 
 namespace parian {
 namespace {
@@ -47,27 +46,6 @@ std::vector<glm::dvec3> host_positions(const parian_mesh& m) {
 }  // namespace
 
 void refuse(const std::string& what) { throw Error(ErrorKind::usage, what); }
-
-std::string in_api_terms(std::string text) {
-  constexpr std::pair<std::string_view, std::string_view> other_names[] = {
-      {" with --device", ""}, {"--gather layers", "views PARIAN_LAYERS"}, {"--size", "film"}};
-  for (const auto& [option, name] : other_names)
-    for (std::size_t i = 0; (i = text.find(option, i)) != std::string::npos; i += name.size())
-      text.replace(i, option.size(), name);
-  const auto letter = [&](std::size_t i) {
-    return i < text.size() && std::islower(static_cast<unsigned char>(text[i]));
-  };
-  for (std::size_t i = 0; (i = text.find("--", i)) != std::string::npos;) {
-    if ((i > 0 && text[i - 1] != ' ') || !letter(i + 2)) {  // of somebody's own name
-      i += 2;
-      continue;
-    }
-    text.erase(i, 2);
-    for (; letter(i) || (text[i] == '-' && letter(i + 1)); ++i)
-      if (text[i] == '-') text[i] = '_';
-  }
-  return text;
-}
 
 cl::Buffer buffer_of(const Compute& compute, cl_mem handle, const char* what) {
   cl::Buffer b(handle, true);
@@ -166,6 +144,8 @@ Settings settings_of(const parian_settings& s) {
     t.keep.insert(names.substr(0, comma));
     names = comma == std::string::npos ? "" : names.substr(comma + 1);
   }
+  check_kept(t);
+  check_samples(t);
   return t;
 }
 

@@ -20,9 +20,6 @@ namespace parian {
 /// Throws Error(usage): the caller's mistake, in words that name the argument and the remedy.
 [[noreturn]] void refuse(const std::string& what);
 
-/// A text of the library, which names options as the command line does, with the names that they have in the API.
-[[nodiscard]] std::string in_api_terms(std::string text);
-
 /// What the caller gave, with zeros for what his header doesn't have yet.
 template <class T>
 T taken(const T* given, const char* what) {
@@ -40,7 +37,7 @@ T taken(const T* given, const char* what) {
   return full;
 }
 
-/// Fills the part of a struct that the caller knows.
+/// Fills the part of a struct that the caller knows; what only a newer header has is 0.
 template <class T>
 void give(T* wanted, T full, const char* what) {
   if (!wanted) refuse(fmt::format("{}: it is NULL; give a struct", what));
@@ -48,6 +45,7 @@ void give(T* wanted, T full, const char* what) {
   if (size < 2 * sizeof(size_t) || size > 64 * sizeof(T))
     refuse(fmt::format("{}: struct_size is {}, sizeof is {}; set it to sizeof the struct", what, size, sizeof(T)));
   full.struct_size = size;
+  std::memset(wanted, 0, size);
   std::memcpy(wanted, &full, std::min(size, sizeof(T)));
 }
 

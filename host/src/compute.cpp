@@ -3,18 +3,15 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
+
+#include "ascii.hpp"
+#include "words.hpp"
 
 namespace parian {
 namespace {
 
-std::string lower(std::string s) {
-  std::transform(s.begin(), s.end(), s.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return s;
-}
-
 std::string trimmed(std::string s) {
-  while (!s.empty() && (s.back() == '\0' || std::isspace(static_cast<unsigned char>(s.back())))) s.pop_back();
+  while (!s.empty() && (s.back() == '\0' || ascii::is_space(s.back()))) s.pop_back();
   return s;
 }
 
@@ -30,7 +27,7 @@ DeviceInfo describe(const cl::Platform& platform, const cl::Device& device) {
   info.type = type & CL_DEVICE_TYPE_CPU ? "CPU" : type & CL_DEVICE_TYPE_GPU ? "GPU" : "accelerator";
   info.compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
   // CPU drivers report preferred widths that fit flat kernels; loops over samples want eight lanes everywhere.
-  const bool cpu = info.type == "CPU" || lower(info.name).find("llvmpipe") != std::string::npos;
+  const bool cpu = info.type == "CPU" || ascii::lower(info.name).find("llvmpipe") != std::string::npos;
   info.vector_width = cpu ? 16 : 1;
   info.global_memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
   info.max_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
@@ -67,13 +64,12 @@ std::vector<std::pair<DeviceInfo, cl::Device>> all_devices() {
 std::pair<DeviceInfo, cl::Device> pick(const std::string& selector) {
   const auto devices = all_devices();
   if (devices.empty()) throw Error(ErrorKind::device, no_device);
-  const bool index = !selector.empty() &&
-                     std::all_of(selector.begin(), selector.end(), [](unsigned char c) { return std::isdigit(c); });
+  const bool index = !selector.empty() && std::all_of(selector.begin(), selector.end(), ascii::is_digit);
   std::vector<std::pair<DeviceInfo, cl::Device>> fitting;
   for (const auto& d : devices) {
-    const std::string text = lower(d.first.name + " " + d.first.platform);
+    const std::string text = ascii::lower(d.first.name + " " + d.first.platform);
     if (selector.empty() || (index && selector.size() < 6 && std::stoul(selector) == d.first.index) ||
-        (!index && text.find(lower(selector)) != std::string::npos))
+        (!index && text.find(ascii::lower(selector)) != std::string::npos))
       fitting.push_back(d);
   }
   if (fitting.empty())
@@ -94,17 +90,18 @@ std::vector<DeviceInfo> list_devices() {
 }
 
 std::string describe_cl_error(const cl::Error& error) {
-  std::string name, remedy = "run 'parian devices', or choose another with --device";
+  std::string name, remedy = "run 'parian devices', or choose another" + setting("with_device");
   switch (error.err()) {
     case CL_MEM_OBJECT_ALLOCATION_FAILURE:
     case CL_OUT_OF_HOST_MEMORY:
     case CL_INVALID_BUFFER_SIZE:
       name = "out of memory";
-      remedy = "lower --layer-size, --layers or --light-map-size";
+      remedy = "lower " + setting("layer_size") + ", " + setting("layers") + " or " + setting("light_map_size");
       break;
     case CL_OUT_OF_RESOURCES:
       name = "out of resources";
-      remedy = "the driver may have stopped a long kernel or lost the device; lower --samples or --layer-size";
+      remedy = "the driver may have stopped a long kernel or lost the device; lower " + setting("samples") + " or " +
+               setting("layer_size");
       break;
     case CL_DEVICE_NOT_AVAILABLE:
     case CL_COMPILER_NOT_AVAILABLE:
@@ -118,7 +115,7 @@ std::string describe_cl_error(const cl::Error& error) {
 
 Compute::Compute(const std::string& selector) {
   std::tie(info_, device_) = pick(selector);
-  with_device_errors(info_, [&] { context_ = cl::Context(device_); });
+  with_device_errors(info_, [&] { in_driver([&] { context_ = cl::Context(device_); }); });
   use(nullptr, {});
 }
 
@@ -145,7 +142,8 @@ void Compute::use(cl_command_queue queue, std::vector<cl::Event> wait) {
       if (handle_of<cl_device_id>(clGetCommandQueueInfo, queue, CL_QUEUE_DEVICE) != device_())
         throw Error(ErrorKind::usage, "queue: it is of another device than the renderer's '" + info_.name + "'");
     } else {
-      if (!own_queue_()) own_queue_ = cl::CommandQueue(context_, device_, CL_QUEUE_PROFILING_ENABLE);
+      if (!own_queue_())
+        in_driver([&] { own_queue_ = cl::CommandQueue(context_, device_, CL_QUEUE_PROFILING_ENABLE); });
       queue_ = cl::CommandQueue(own_queue_);
     }
     for (const cl::Event& event : wait)
@@ -160,7 +158,7 @@ void Compute::use(cl_command_queue queue, std::vector<cl::Event> wait) {
 cl::Event Compute::submit() {
   if (after_.size() != 1)
     chain([&](const auto* after, cl::Event* event) { queue_.enqueueMarkerWithWaitList(after, event); });
-  queue_.flush();
+  in_driver([&] { queue_.flush(); });
   return after_.front();
 }
 
@@ -171,16 +169,16 @@ void Compute::build(const std::string& options, const std::string& program) {
   with_device_errors(info_, [&] {
     built_from_.clear();
     kernels_.clear();
-    program_ = cl::Program(context_, program);
+    in_driver([&] { program_ = cl::Program(context_, program); });
     try {
-      program_.build(device_, options.c_str());
+      in_driver([&] { program_.build(device_, options.c_str()); });
     } catch (const cl::Error& e) {
       if (e.err() != CL_BUILD_PROGRAM_FAILURE) throw;
       const std::string log = program_.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device_);
       const std::size_t at = log.find("error"), begin = at == std::string::npos ? 0 : log.rfind('\n', at) + 1;
       throw Error(ErrorKind::device, info_.name + ": the kernels don't compile (" +
                                          log.substr(begin, log.find('\n', std::max(at, begin)) - begin) +
-                                         "); update the driver or choose another with --device");
+                                         "); update the driver or choose another" + setting("with_device"));
     }
     built_ = options;
     built_from_ = program;
@@ -188,7 +186,8 @@ void Compute::build(const std::string& options, const std::string& program) {
 }
 
 cl::Buffer Compute::allocate(std::size_t bytes) {
-  cl::Buffer b = scratch_() ? part_of_scratch(bytes) : cl::Buffer(context_, CL_MEM_READ_WRITE, bytes);
+  cl::Buffer b =
+      scratch_() ? part_of_scratch(bytes) : in_driver([&] { return cl::Buffer(context_, CL_MEM_READ_WRITE, bytes); });
   bytes_ += bytes;
   peak_ = std::max(peak_, bytes_);
   return b;
@@ -230,6 +229,22 @@ void Compute::drain() noexcept {
   after_.clear();
 }
 
+void Compute::abandon() noexcept {
+  abandoned_ = true;
+  // Without a release, which would wait for a lock for ever.
+  for (cl::Event& event : after_) event() = nullptr;
+  for (Running& running : running_) running.event() = nullptr;
+  for (auto& [name, prepared] : kernels_) prepared.kernel() = nullptr;
+  program_() = nullptr;
+  scratch_() = nullptr;
+  own_queue_() = nullptr;
+  queue_() = nullptr;
+  context_() = nullptr;
+  after_.clear();
+  running_.clear();
+  kernels_.clear();
+}
+
 void Compute::release_all() noexcept {
   running_.clear();
   parts_.clear();
@@ -267,7 +282,7 @@ void Compute::fill(const cl::Buffer& b, cl_uint value, std::size_t words) {
 Compute::Prepared& Compute::prepared(const char* name) {
   const auto it = kernels_.find(name);
   if (it != kernels_.end()) return it->second;
-  cl::Kernel kernel(program_, name);
+  cl::Kernel kernel = in_driver([&] { return cl::Kernel(program_, name); });
   const std::size_t most_in_group = kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_);
   return kernels_.emplace(name, Prepared{std::move(kernel), most_in_group, {}}).first->second;
 }
@@ -308,7 +323,7 @@ void Compute::book(bool all) {
 }
 
 void Compute::finish() {
-  if (!after_.empty()) cl::Event::waitForEvents(after_);
+  if (!after_.empty()) in_driver([&] { cl::Event::waitForEvents(after_); });
   after_.clear();
   book(true);
 }

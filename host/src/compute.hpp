@@ -65,9 +65,9 @@ class Compute {
   }
   template <class T>
   [[nodiscard]] cl::Buffer upload(const std::vector<T>& data) {
-    cl::Buffer b = buffer<T>(data.size());
+    Temporary b(*this, buffer<T>(data.size()));
     write(b, data);
-    return b;
+    return std::move(static_cast<cl::Buffer&>(b));
   }
   /// Waits.
   template <class T>
@@ -96,6 +96,19 @@ class Compute {
   }
   /// Fills with the 32-bit pattern `value`.
   void fill(const cl::Buffer& b, cl_uint value, std::size_t words);
+  /// A buffer of one function, which exceptions leave without waiting for a driver that is of no use any more.
+  class Temporary : public cl::Buffer {
+   public:
+    Temporary(const Compute& compute, cl::Buffer b) : cl::Buffer(std::move(b)), compute_(compute) {}
+    ~Temporary() {
+      if (compute_.abandoned()) (*this)() = nullptr;
+    }
+    Temporary(const Temporary&) = delete;
+    Temporary& operator=(const Temporary&) = delete;
+
+   private:
+    const Compute& compute_;
+  };
   /// Gives a buffer back before its owner ends.
   void release(cl::Buffer& b);
   /// The owner of all buffers has ended: counts anew. Commands that use them may still be running.
@@ -120,6 +133,10 @@ class Compute {
   /// Waits for everything, and books kernel times.
   void finish();
 
+  /// Whether an exception has left the driver in the middle of a call. Its frames were left as they were, with locks
+  /// that nobody frees any more: no handle may be released, or used, again, and those in here are gone.
+  [[nodiscard]] bool abandoned() const { return abandoned_; }
+
   [[nodiscard]] const DeviceInfo& info() const { return info_; }
   [[nodiscard]] const cl::Context& context() const { return context_; }
   [[nodiscard]] const cl::Device& device() const { return device_; }
@@ -142,8 +159,8 @@ class Compute {
 
     template <class T>
     void set(std::size_t i, const T& value) {
-      if constexpr (std::is_same_v<T, cl::Buffer>) {
-        kernel.setArg(static_cast<cl_uint>(i), value);
+      if constexpr (std::is_base_of_v<cl::Buffer, T>) {
+        kernel.setArg(static_cast<cl_uint>(i), static_cast<const cl::Buffer&>(value));
         return;
       }
       const auto* bytes = reinterpret_cast<const unsigned char*>(&value);
@@ -166,11 +183,29 @@ class Compute {
   const cl::Event& chain(F&& command) {
     after_.reserve(1);  // nothing may fail once the command is enqueued, or nobody would wait for it
     cl::Event event;
-    command(after_.empty() ? nullptr : &after_, &event);
+    in_driver([&] { command(after_.empty() ? nullptr : &after_, &event); });
     after_.clear();
     after_.push_back(std::move(event));
     return after_.back();
   }
+  /// Runs a call of the driver. What it throws becomes Error(device), and the driver is abandoned: compilers run out of
+  /// memory by exceptions.
+  template <class F>
+  decltype(auto) in_driver(F&& f) {
+    try {
+      return f();
+    } catch (const cl::Error&) {  // a code that the driver returned
+      throw;
+    } catch (...) {
+      abandon();
+      throw Error(ErrorKind::device,
+                  info_.name +
+                      ": the driver left a call by an exception, as for want of memory, and is of no use any "
+                      "more in this process; give the process more memory",
+                  CL_OUT_OF_RESOURCES);
+    }
+  }
+  void abandon() noexcept;
   void book(bool all);
 
   struct Running {
@@ -189,6 +224,7 @@ class Compute {
   cl::Context context_;
   cl::CommandQueue own_queue_, queue_;
   bool profiling_ = false;  // of queue_
+  bool abandoned_ = false;
   std::vector<cl::Event> after_;
   std::function<bool()> cancelled_;
   cl::Program program_;

@@ -11,15 +11,24 @@ namespace {
 constexpr double largest_ratio = 1e30;   // of light to what was summed: what is small in float32 has few digits
 constexpr double longest_launch = 0.05;  // seconds, of launches that a frame is cut into
 
-/// Lights that take part, of those given.
-std::vector<DirectionalLight> active(const std::vector<DirectionalLight>& lights, const Settings& settings) {
-  std::vector<DirectionalLight> some;
-  for (const DirectionalLight& l : lights)
-    if (l.irradiance.x + l.irradiance.y + l.irradiance.z > 0.0 || kept(settings, "dark-lights")) some.push_back(l);
-  return some;
-}
+bool shines(const DirectionalLight& l) { return l.irradiance.x + l.irradiance.y + l.irradiance.z > 0.0; }
 
 }  // namespace
+
+/// Lights that matter, of those given: not the dark ones, nor one that the plan left out although it shone, since it
+/// ran along all of the surface, and still does.
+std::vector<DirectionalLight> Renderer::State::taking_part(const std::vector<DirectionalLight>& lights) const {
+  const bool all = kept(settings, "dark-lights");
+  std::vector<DirectionalLight> some;
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const DirectionalLight* before = lights.size() == scene.lights.size() ? &scene.lights[i] : nullptr;
+    const bool planned = !plan.dark && std::any_of(plan.lights.begin(), plan.lights.end(),
+                                                   [&](const PlannedLight& l) { return l.number == i; });
+    const bool grazing = before && shines(*before) && !planned && before->towards == lights[i].towards;
+    if (all || (shines(lights[i]) && !grazing)) some.push_back(lights[i]);
+  }
+  return some;
+}
 
 /// Layers for cameras that may go anywhere: all covered texels count as needed, and the device itself lists them.
 void Renderer::State::plan_live_layers() {
@@ -96,10 +105,13 @@ void Renderer::set_cameras(const std::vector<Camera>& cameras, glm::uvec2 film) 
 
 /// Where colours come last, a planned light may go dark and come on again; one that was dark when planned has no sums.
 bool Renderer::State::recolour(const std::vector<DirectionalLight>& lights) {
-  if (lights.size() != scene.lights.size() || active(scene.lights, settings).empty()) return false;
+  if (lights.size() != scene.lights.size()) return false;
   std::vector<DirectionalLight> now;
   for (const PlannedLight& l : plan.lights) now.push_back(lights[l.number]);
-  if (active(now, settings).size() != active(lights, settings).size()) return false;
+  const auto shining = [](const std::vector<DirectionalLight>& some) {
+    return std::count_if(some.begin(), some.end(), shines);
+  };
+  if (!kept(settings, "dark-lights") && shining(now) != shining(lights)) return false;
   for (std::size_t l = 0; l < now.size(); ++l) {
     DirectionalLight& light = plan.lights[l].light;
     relit = relit || light.towards != now[l].towards;
@@ -113,8 +125,9 @@ bool Renderer::State::recolour(const std::vector<DirectionalLight>& lights) {
 
 bool Renderer::set_lights(const std::vector<DirectionalLight>& lights) {
   State& s = *state_;
+  const std::vector<DirectionalLight> now = s.taking_part(lights);
+  if (s.plan.dark) return now.empty();
   if (s.plan.unit_lights) return s.recolour(lights);
-  const std::vector<DirectionalLight> now = active(lights, s.settings);
   if (now.size() != s.plan.lights.size()) return false;
   bool turned = false, same_colour = true;
   glm::dvec3 ratio(-1.0);

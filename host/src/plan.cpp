@@ -11,6 +11,7 @@
 #include "error.hpp"
 #include "medium.hpp"
 #include "visibility.hpp"
+#include "words.hpp"
 
 namespace parian {
 namespace {
@@ -68,11 +69,6 @@ void warn_of_scale(Plan& plan, const Scene& scene) {
     if (!(k.alpha_prime > 0.0)) continue;
     longest = std::max(longest, 1.0 / k.sigma_t_prime);
     shortest = std::min(shortest, 1.0 / k.sigma_t_prime);
-    if (k.alpha_prime < 0.5)
-      plan.warnings.push_back(
-          fmt::format("material '{}': reduced albedo {:.2f} in channel {} is below 0.5, where a diffusion "
-                      "model is several times too bright",
-                      scene.material.name, k.alpha_prime, "RGB"[c]));
   }
   const double diameter = 2.0 * plan.space.radius;
   if (longest > 0.25 * diameter)
@@ -84,8 +80,8 @@ void warn_of_scale(Plan& plan, const Scene& scene) {
     plan.warnings.push_back(
         fmt::format("mean free path of {:.3g} mm is short for an object of {:.3g} mm: it looks nearly opaque, and "
                     "samples of a light map miss most of its light, so that the picture is too dark without the "
-                    "estimate knowing; use a larger --light-map-size, a smaller size or a thinner material",
-                    shortest, diameter));
+                    "estimate knowing; use a larger {}, a smaller size or a thinner material",
+                    shortest, diameter, setting("light_map_size")));
 }
 
 /// Whether a light's rays run along all of the surface, and so enter nowhere: a flat object, seen edge-on.
@@ -112,7 +108,8 @@ void plan_lights(Plan& plan, const Scene& scene, const Settings& settings) {
     plan.lights.push_back({light, static_cast<std::uint32_t>(i), 1});
     flux.push_back(std::max(e, 0.0));
   }
-  if (plan.lights.empty()) {
+  plan.dark = plan.lights.empty();
+  if (plan.dark) {
     plan.warnings.push_back("no light reaches the object: the image is black");
     plan.lights.push_back({{glm::dvec3(0, 0, 1), glm::dvec3(0.0)}, 0, 1});
     flux.push_back(1.0);
@@ -147,15 +144,10 @@ bool finite(glm::dvec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && s
 
 /// Refuses what no picture can be made of; a scene file's reader says where, an embedder has only this.
 void check_scene(const Scene& scene) {
-  if (scene.on_device) {
-    const MeshBounds& m = *scene.on_device;
-    if (!finite(m.centre) || !(m.radius > 0 && std::isfinite(m.radius)))
-      fail(fmt::format("mesh: a sphere of radius {} doesn't hold it; give a finite centre and a radius above 0",
-                       m.radius));
-  }
-  if (n_triangles(scene) == 0) fail("the mesh has no triangle with area; check the file");
+  if (scene.on_device) check_bounds(*scene.on_device);
+  if (n_triangles(scene) == 0) fail("mesh: no triangle has an area; give one that has");
   for (std::size_t i = 0; i < scene.mesh.positions.size(); ++i)
-    if (!finite(scene.mesh.positions[i])) fail(fmt::format("vertex {} of the mesh is not finite; check the file", i));
+    if (!finite(scene.mesh.positions[i])) fail(fmt::format("mesh: vertex {} is not finite; leave it out", i));
   check_cameras(scene.cameras, scene.film);
   check_lights(scene.lights);
 }
@@ -238,13 +230,34 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
     throw Error(
         ErrorKind::device,
         fmt::format("{}: the scene needs up to {:.0f} MiB, {:.0f} MiB in one buffer, but the device has {:.0f} MiB and "
-                    "allows {:.0f} MiB per buffer; lower --layer-size, --layers or --light-map-size",
+                    "allows {:.0f} MiB per buffer; lower {}, {} or {}",
                     device.name, mib(plan.bytes), mib(plan.largest), mib(device.global_memory),
-                    mib(device.max_allocation)),
+                    mib(device.max_allocation), setting("layer_size"), setting("layers"), setting("light_map_size")),
         CL_MEM_OBJECT_ALLOCATION_FAILURE);
 }
 
 }  // namespace
+
+void check_bounds(const MeshBounds& m) {
+  if (!finite(m.centre) || !(m.radius >= 0 && std::isfinite(m.radius)))
+    fail(
+        fmt::format("mesh: a sphere of radius {} doesn't hold it; give a finite centre and a radius above 0, or 0 to "
+                    "have it measured",
+                    m.radius));
+}
+
+void check_kept(const Settings& settings) {
+  for (const std::string& name : settings.keep)
+    if (name != "all" && std::find(omission_names.begin(), omission_names.end(), name) == omission_names.end())
+      throw Error(ErrorKind::usage, fmt::format("{} {}: nothing of that name is ever left out; choose all or one of {}",
+                                                setting("keep"), name, fmt::join(omission_names, ", ")));
+}
+
+void check_samples(const Settings& settings) {
+  if (std::uint64_t{settings.frames} * settings.samples >= std::uint64_t{1} << 32)
+    throw Error(ErrorKind::usage, fmt::format("{} times {} must stay below 2^32, where sample numbers end; lower one",
+                                              setting("frames"), setting("samples")));
+}
 
 void check_cameras(const std::vector<Camera>& cameras, glm::uvec2 film) {
   const auto side = [](glm::uint pixels) { return pixels >= 1 && pixels <= largest_film_side; };
@@ -296,20 +309,17 @@ std::vector<std::uint32_t> mip_offsets(glm::uvec2 film, std::uint32_t count) {
 }
 
 Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& device) {
-  for (const std::string& name : settings.keep)
-    if (name != "all" && std::find(omission_names.begin(), omission_names.end(), name) == omission_names.end())
-      throw Error(ErrorKind::usage,
-                  fmt::format("--keep {}: nothing of that name is ever left out; choose all or one of {}", name,
-                              fmt::join(omission_names, ", ")));
+  check_kept(settings);
   check_scene(scene);
-  if (std::uint64_t{settings.frames} * settings.samples >= std::uint64_t{1} << 32)
-    throw Error(ErrorKind::usage, "--frames times --samples must stay below 2^32, where sample numbers end; lower one");
+  check_samples(settings);
   Plan plan;
-  plan.space = scene.on_device ? ObjectSpace{scene.on_device->centre, scene.on_device->radius}
-                               : object_space(scene.mesh.positions);
+  plan.space = scene.on_device
+                   ? ObjectSpace{scene.on_device->centre, scene.on_device->radius > 0.0 ? scene.on_device->radius : 1.0}
+                   : object_space(scene.mesh.positions);
   plan.warnings = scene.mesh.warnings;
   validate(scene.material, "material '" + scene.material.name + "'");
   plan_media(plan, scene, settings);
+  for (const std::string& doubt : doubts_of(scene.material)) plan.warnings.push_back(doubt);
   warn_of_scale(plan, scene);
   plan.boundary = boundary(scene.material.ior);
   plan.density = density_table(plan.media, settings.disc_radius / plan.space.radius);

@@ -15,6 +15,7 @@
 #include "kernels/bssrdf.h"
 #include "kernels/raster.h"
 #include "medium.hpp"
+#include "words.hpp"
 
 namespace parian {
 namespace {
@@ -144,10 +145,11 @@ SelfTestAnswer raster_answer(Compute& compute) {
   window.sample_x = window.sample_y = half;
 
   const auto n = static_cast<cl_uint>(triangles.size());
-  cl::Buffer records = compute.upload(triangles), large = compute.buffer<cl_uint>(n);
-  cl::Buffer n_large = compute.upload(std::vector<cl_uint>{0});
-  cl::Buffer depth = compute.upload(std::vector<cl_uint>(side * side, NO_DEPTH)),
-             ids = compute.upload(std::vector<cl_uint>(side * side, NO_TRIANGLE));
+  using Buffer = Compute::Temporary;
+  Buffer records(compute, compute.upload(triangles)), large(compute, compute.buffer<cl_uint>(n));
+  Buffer n_large(compute, compute.upload(std::vector<cl_uint>{0}));
+  Buffer depth(compute, compute.upload(std::vector<cl_uint>(side * side, NO_DEPTH)));
+  Buffer ids(compute, compute.upload(std::vector<cl_uint>(side * side, NO_TRIANGLE)));
   compute.launch("raster_depth", n, Stage::plan, window, depth, records, n, n_large, large, depth);
   compute.launch("raster_ids", n, Stage::plan, window, depth, records, n, depth, ids);
   const std::vector<cl_uint> depths = compute.read<cl_uint>(depth, side * side),
@@ -186,10 +188,12 @@ std::vector<SelfTestAnswer> self_test(Compute& compute, Model model, std::uint32
   const std::vector<float> vectors = test_pairs(count);
 
   constexpr std::size_t functions = 5, layout_size = 64;
-  cl::Buffer given = compute.upload(arguments), pairs = compute.upload(vectors);
-  cl::Buffer layout = compute.upload(std::vector<cl_uint>(layout_size)), reduced = compute.buffer<cl_uint>(items);
-  cl::Buffer minimum = compute.upload(std::vector<cl_uint>{0xffffffffU});
-  cl::Buffer values = compute.upload(std::vector<float>(functions * count, NAN));
+  using Buffer = Compute::Temporary;
+  Buffer given(compute, compute.upload(arguments)), pairs(compute, compute.upload(vectors));
+  Buffer layout(compute, compute.upload(std::vector<cl_uint>(layout_size)));
+  Buffer reduced(compute, compute.buffer<cl_uint>(items));
+  Buffer minimum(compute, compute.upload(std::vector<cl_uint>{0xffffffffU}));
+  Buffer values(compute, compute.upload(std::vector<float>(functions * count, NAN)));
   compute.launch("self_test", items, Stage::plan, device_medium(channel, model, 1), boundary(channel.eta), given, pairs,
                  layout, reduced, minimum, values);
   const std::vector<float> found = compute.read<float>(values, functions * count);
@@ -221,7 +225,8 @@ std::vector<std::string> require_sound(Compute& compute, const Settings& setting
         fmt::format("{}: the device fails the self-test '{}' ({})", compute.info().name, answer.name, answer.found);
     if (!settings.force)
       throw Error(ErrorKind::device,
-                  what + "; update its driver, choose another with --device, or render all the same with --force");
+                  fmt::format("{}; update its driver, choose another{}, or render all the same with {}", what,
+                              setting("with_device"), setting("force")));
     warnings.push_back(what + "; the picture may be wrong");
   }
   return warnings;

@@ -19,11 +19,12 @@ constexpr float seen_cosine = 0.1F;                  // more edge-on than that c
 std::vector<std::vector<float>> sight_of(Passes& p, const std::vector<kernels::View>& views, const SurfaceSight& s) {
   Geometry& g = p.geometry;
   g.set_up.reset();  // corners take the records' place
-  cl::Buffer points = p.compute.upload(s.points);
+  using Buffer = Compute::Temporary;
+  Buffer points(p.compute, p.compute.upload(s.points));
   const cl_uint n = static_cast<cl_uint>(s.points.size() / 2);
   constexpr std::size_t pixels = std::size_t{candidate_size} * candidate_size;
-  cl::Buffer quality = p.compute.buffer<float>(2 * views.size() * n);
-  cl::Buffer nearest = p.compute.buffer<cl_uint>(pixels), farthest = p.compute.buffer<cl_uint>(pixels);
+  Buffer quality(p.compute, p.compute.buffer<float>(2 * views.size() * n));
+  Buffer nearest(p.compute, p.compute.buffer<cl_uint>(pixels)), farthest(p.compute, p.compute.buffer<cl_uint>(pixels));
   cl_uint first = 0;
   for (const kernels::View& view : views) {
     p.compute.fill(nearest, NO_DEPTH, pixels);
@@ -102,7 +103,8 @@ std::vector<kernels::View> place_layers(Passes& p, const std::vector<glm::dvec3>
 double layer_coverage(Passes& p, const SurfaceSight& sight) {
   const Layers& k = p.layers;
   const cl_uint n = static_cast<cl_uint>(sight.outside.size());
-  cl::Buffer points = p.compute.upload(sight.points), weights = p.compute.buffer<float>(n);
+  using Buffer = Compute::Temporary;
+  Buffer points(p.compute, p.compute.upload(sight.points)), weights(p.compute, p.compute.buffer<float>(n));
   p.compute.launch("gather_weight", (n + p.plan.lanes - 1) / p.plan.lanes, Stage::plan, n, points, k.views_buffer,
                    k.level_first_buffer, k.geometry, k.slots, 0U, k.count(), weights);
   const std::vector<float> weight = p.compute.read<float>(weights, n);
@@ -133,7 +135,7 @@ std::vector<cl_uint> covered_texels(Passes& p) {
 
 std::vector<cl_uint> read_texels(Passes& p, const std::vector<kernels::View>& cameras, glm::uvec2 film) {
   const std::size_t count = p.layers.level_first[1];
-  cl::Buffer marks = p.compute.buffer<cl_uint>(count);
+  Compute::Temporary marks(p.compute, p.compute.buffer<cl_uint>(count));
   p.compute.fill(marks, 0, count);
   for (const kernels::View& view : cameras) {
     const double texels = texels_per_pixel(p.layers, view);

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <iterator>
 
+#include "api_marked.hpp"
 #include "error.hpp"
+#include "words.hpp"
 
 namespace parian {
 namespace {
@@ -62,7 +64,7 @@ decltype(auto) with_errors(F&& f) {
     const ErrorKind kind = failure.status() == PARIAN_INVALID_ARGUMENT ? ErrorKind::usage
                            : failure.status() == PARIAN_INVALID_SCENE  ? ErrorKind::input
                                                                        : ErrorKind::device;
-    throw Error(kind, failure.what(), failure.opencl_code());
+    throw Error(kind, in_command_words(marked_message()), failure.opencl_code());
   }
 }
 
@@ -165,7 +167,7 @@ Statistics Rendering::statistics() const {
   t.bytes_planned = s.bytes_planned;
   t.nonfinite = s.nonfinite;
   t.further_view_seconds = s.further_view_seconds;
-  t.warnings = renderer_.warnings();
+  for (const std::string& warning : marked_warnings(renderer_.get())) t.warnings.push_back(in_command_words(warning));
   for (const parian_omission& o : renderer_.omissions()) t.left_out.push_back({o.what, o.why, o.unit, o.count, false});
   return t;
 }

@@ -103,7 +103,7 @@ TEST_F(Arguments, StructSizes) {
   lights[1].known.struct_size = 0;
   refused(parian_set_lights(other.get(), 2, &lights[0].known), PARIAN_INVALID_ARGUMENT, {"light", "struct_size"});
 
-  // What is filled in stops at the size that the caller knows.
+  // What is filled in stops at the size that the caller knows; what only he knows is 0.
   std::vector<unsigned char> bytes(sizeof(parian_statistics) + 64, 0xab);
   auto* statistics = reinterpret_cast<parian_statistics*>(bytes.data());
   statistics->struct_size = offsetof(parian_statistics, layers_covered);
@@ -113,7 +113,17 @@ TEST_F(Arguments, StructSizes) {
   for (std::size_t i = statistics->struct_size; i < bytes.size(); ++i) ASSERT_EQ(bytes[i], 0xab) << i;
   statistics->struct_size = bytes.size();
   CALL(parian_get_statistics(r.get(), statistics));
-  for (std::size_t i = sizeof(parian_statistics); i < bytes.size(); ++i) ASSERT_EQ(bytes[i], 0xab) << i;
+  for (std::size_t i = sizeof(parian_statistics); i < bytes.size(); ++i) ASSERT_EQ(bytes[i], 0) << i;
+  const auto newer_is_filled = [](auto known, auto&& call) {
+    std::vector<unsigned char> larger(sizeof known + 64, 0xab);
+    auto* given = reinterpret_cast<decltype(known)*>(larger.data());
+    given->struct_size = larger.size();
+    CALL(call(given));
+    for (std::size_t i = sizeof known; i < larger.size(); ++i) ASSERT_EQ(larger[i], 0) << i;
+  };
+  newer_is_filled(parian_settings{}, [](auto* s) { return parian_default_settings(s); });
+  newer_is_filled(parian_material{}, [](auto* m) { return parian_find_material("marble", m); });
+  newer_is_filled(parian_device{}, [&](auto* d) { return parian_get_device(r.get(), d); });
   statistics->struct_size = 0;
   refused(parian_get_statistics(r.get(), statistics), PARIAN_INVALID_ARGUMENT, {"statistics", "struct_size"});
 }

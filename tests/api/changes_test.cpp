@@ -255,6 +255,46 @@ TEST(Changes, NumberOfLightsNeedsAPlan) {
   for (std::size_t i = 0; i < dark.size(); ++i) ASSERT_TRUE(i % 4 == 3 || dark[i] == 0.0F) << i;
 }
 
+// Nor does a dark light that turns, by itself or beside a bright one, with fixed cameras or without.
+TEST(Changes, TheSameLightsChangeNothing) {
+  for (const std::uint32_t fixed : {0U, 1U})
+    for (const bool beside : {false, true}) {
+      SmallScene scene;
+      scene.settings.fixed_cameras = fixed;
+      scene.lights = {SmallScene::light({0.5, 0.6, -0.6}, 0.0)};
+      if (beside) scene.lights.push_back(SmallScene::light({1, 0.2, 0.4}, 1.5));
+      const Handle r = planned(scene);
+      frames(r.get(), 1);
+      const Rgba before = gathered(r.get());
+      for (const double x : {0.5, -0.5, 0.5}) {
+        scene.lights[0].towards[0] = x;
+        CALL(parian_set_lights(r.get(), scene.lights.size(), scene.lights.data()));
+        EXPECT_EQ(summed(r.get()), 1U) << "light beside: " << beside << ", towards x: " << x;
+        EXPECT_EQ(gathered(r.get()), before);
+      }
+      CALL(parian_frame(r.get(), nullptr, 0, nullptr, nullptr));
+      if (beside) continue;
+      scene.lights[0] = SmallScene::light({0.5, 0.6, -0.6}, 3.0);
+      CALL(parian_set_lights(r.get(), 1, scene.lights.data()));
+      EXPECT_EQ(parian_frame(r.get(), nullptr, 0, nullptr, nullptr), PARIAN_NOT_PLANNED) << "it comes on";
+    }
+  // One that runs along all of a flat mesh has no maps either.
+  SmallScene scene;
+  scene.settings.fixed_cameras = 1;
+  for (std::size_t i = 1; i < scene.positions.size(); i += 3) scene.positions[i] = 0.0F;
+  scene.lights = {SmallScene::light({1, 0, 0}, 3.0), SmallScene::light({0, 1, 0.2}, 1.5)};
+  const Handle r = planned(scene);
+  frames(r.get(), 1);
+  const Rgba before = gathered(r.get());
+  for (parian_light& l : scene.lights)
+    for (double& e : l.irradiance) e *= 2.0;
+  CALL(parian_set_lights(r.get(), 2, scene.lights.data()));
+  EXPECT_EQ(gathered(r.get()), scaled(before, {2.0F, 2.0F, 2.0F}));
+  scene.lights[0].towards[1] = 1.0;
+  CALL(parian_set_lights(r.get(), 2, scene.lights.data()));
+  EXPECT_EQ(parian_frame(r.get(), nullptr, 0, nullptr, nullptr), PARIAN_NOT_PLANNED) << "it doesn't any more";
+}
+
 TEST(Changes, DirectionStartsAnew) {
   SmallScene scene;
   scene.settings.light_map_size = 128;
@@ -320,7 +360,7 @@ TEST(MeshOnDevice, MovedPositionsStartAnew) {
   const SmallScene scene;
   SmallScene bent = scene;
   for (std::size_t i = 1; i < bent.positions.size(); i += 3)
-    bent.positions[i] += 4.0F * std::sin(0.1F * bent.positions[i - 1]);
+    bent.positions[i] *= 0.7F + 0.3F * std::sin(0.1F * bent.positions[i - 1]);  // inside its sphere
   OnDevice mesh(scene);
   frames(mesh.r.get(), 20);
   opencl().queue.enqueueWriteBuffer(mesh.vertices, CL_TRUE, 0, bent.positions.size() * 4, bent.positions.data());

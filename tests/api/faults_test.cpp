@@ -147,6 +147,32 @@ TEST(Faults, EveryCall) { every_call_fails(Kind::host); }
 TEST(Faults, EveryCallWithBuffersOfTheCaller) { every_call_fails(Kind::buffers); }
 TEST(Faults, EveryCallWithFixedCameras) { every_call_fails(Kind::fixed); }
 
+// A driver whose compiler throws for want of memory is left with its locks taken: whatever is asked of it next may wait
+// for ever, a release as well.
+TEST(Faults, ExceptionsOutOfTheDriver) {
+  for (const char* name : {"clCreateProgramWithSource", "clBuildProgram", "clCreateKernel", "clCreateBuffer",
+                           "clEnqueueNDRangeKernel", "clEnqueueReadBuffer", "clEnqueueFillBuffer", "clWaitForEvents"}) {
+    const cl::Buffer vertices = opencl().buffer(SmallScene().positions);
+    const cl::Buffer triangles = opencl().buffer(SmallScene().indices);
+    const SmallScene scene;
+    OpenclWatch watch;
+    Handle r = create();
+    const parian_mesh mesh = SmallScene::mesh(scene, vertices, triangles);
+    CALL(parian_set_mesh(r.get(), &mesh));
+    CALL(scene.describe(r.get()));
+    watch.leave_by_exception(name);
+    EXPECT_EQ(parian_plan(r.get(), nullptr), PARIAN_DEVICE_LOST) << name << ": " << parian_message();
+    EXPECT_EQ(watch.failed(), name);
+    EXPECT_STREQ(watch.names().back(), name) << "was not the last call";
+    EXPECT_NE(std::string(parian_message()).find("exception"), std::string::npos) << parian_message();
+    const std::uint64_t calls = watch.calls();
+    EXPECT_EQ(parian_plan(r.get(), nullptr), PARIAN_DEVICE_LOST) << name;
+    EXPECT_EQ(parian_set_mesh(r.get(), &mesh), PARIAN_DEVICE_LOST) << name;
+    r.reset();
+    EXPECT_EQ(watch.calls(), calls) << name << ", then " << watch.names().back();
+  }
+}
+
 /// Parian picks the device itself: what doesn't answer is passed over, and if nothing is left the status says so.
 TEST(Faults, EveryCallOfPickingADevice) {
   const std::string name = opencl().device.getInfo<CL_DEVICE_NAME>();

@@ -25,7 +25,7 @@ struct State {
   std::map<std::string, std::int64_t> live;
   std::optional<std::uint64_t> failing;
   cl_int failing_code = CL_SUCCESS;
-  std::string failed;
+  std::string failed, leaving;
   bool telling = false;
   std::vector<std::pair<Place, std::uint64_t>> places;
   std::map<Place, std::size_t> index_of;
@@ -65,6 +65,10 @@ cl_int entered(const char* name) {
   const std::scoped_lock lock(mutex);
   if (!watch) return CL_SUCCESS;
   watch->names.push_back(name);
+  if (watch->leaving == name) {
+    watch->failed = std::exchange(watch->leaving, "");
+    throw std::bad_alloc();
+  }
   std::uint64_t n = watch->names.size() - 1;
   if (watch->telling) {
     const Place place = place_of_call();
@@ -124,6 +128,9 @@ void OpenclWatch::fail(std::uint64_t n, cl_int code) {
 void OpenclWatch::fail_at(Place place, std::uint64_t n, cl_int code) {
   fail(n, code);
   note([&](State& s) { s.failing_place = place; });
+}
+void OpenclWatch::leave_by_exception(const std::string& name) {
+  note([&](State& s) { s.leaving = name; });
 }
 void OpenclWatch::tell_places() {
   note([](State& s) { s.telling = true; });

@@ -26,6 +26,8 @@ class OpenclWatch {
   void fail(std::uint64_t n, cl_int code);
   /// So does the `n`-th call that comes from a place in the program, from 0.
   void fail_at(Place place, std::uint64_t n, cl_int code);
+  /// The next call of the function `name` is left by an exception, as a driver's compiler leaves it without memory.
+  void leave_by_exception(const std::string& name);
   /// From now on, places are told and counted.
   void tell_places();
   /// How many calls have come from each place, in the order of their first.

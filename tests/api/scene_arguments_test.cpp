@@ -105,6 +105,14 @@ TEST_F(Arguments, MeshesInBuffers) {
   mesh = good;
   mesh.n_triangles = 0xffffffff;
   mesh_refused(mesh, {"index_buffer"});
+  for (const double radius : {-1.0, nan, infinity}) {
+    mesh = good;
+    mesh.radius = radius;
+    refused(parian_set_mesh(r.get(), &mesh), PARIAN_INVALID_SCENE, {"radius"});
+  }
+  mesh = good;
+  mesh.centre[1] = nan;
+  refused(parian_set_mesh(r.get(), &mesh), PARIAN_INVALID_SCENE, {"centre"});
 }
 
 TEST_F(Arguments, Settings) {
@@ -127,6 +135,8 @@ TEST_F(Arguments, Settings) {
   }
   settings_refused([](S& s) { s.samples = 5; }, {"samples", "even"});
   settings_refused([](S& s) { s.frames = 0; }, {"frames"});
+  settings_refused([](S& s) { s.frames = 0xffffffff; }, {"frames", "samples", "2^32"});
+  settings_refused([](S& s) { s.keep = "pyramids,nothing-of-that-name"; }, {"keep nothing-of-that-name: "});
   settings_refused([](S& s) { s.model = static_cast<parian_model>(3); }, {"model"});
   settings_refused([](S& s) { s.estimator = static_cast<parian_estimator>(3); }, {"estimator"});
   settings_refused([](S& s) { s.views = static_cast<parian_views>(3); }, {"views"});
