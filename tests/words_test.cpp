@@ -6,8 +6,8 @@
 
 #include "error.hpp"
 #include "rendering.hpp"
+#include "scene_file.hpp"
 #include "test_device.hpp"
-#include "test_render.hpp"
 
 namespace parian {
 namespace {
@@ -30,11 +30,10 @@ TEST(Words, OfEachFront) {
 // The same failures, seen from both sides.
 TEST(Words, OfFailures) {
   const auto failure = [](auto&& change, bool by_command) -> std::string {
-    Scene scene = test::bare_scene(test::model("sphere"), test::material(1, 0.01), {8, 8});
-    Settings settings = test::small_settings();
-    change(settings);
+    Input input = load_input(PARIAN_MESHES "/sphere.ply", {});
+    change(input.settings);
     try {
-      const Rendering rendering(std::move(scene), settings, test::test_selector());
+      const Rendering rendering(std::move(input.scene), input.settings, test_selector());
     } catch (const Error& error) {
       return by_command ? error.what() : parian_message();
     }

@@ -7,6 +7,7 @@
 #include <OpenMesh/Core/IO/reader/OFFReader.hh>
 #include <OpenMesh/Core/System/omstream.hh>
 #include <algorithm>
+#include <clocale>
 #include <fstream>
 #include <limits>
 #include <locale>
@@ -84,17 +85,38 @@ void check_result(const PolygonMesh& mesh, const PreparedMesh& prepared, bool st
                                  mesh.points[i][axis], fault));
 }
 
+/// While it lives, streams that OpenMesh makes read numbers as files write them, whatever the program's locale.
+class PlainNumbers {
+ public:
+  PlainNumbers() {
+    if (cpp_ == std::locale::classic()) return;
+    c_ = std::setlocale(LC_ALL, nullptr);  // which may follow C++'s
+    std::locale::global(std::locale::classic());
+  }
+  ~PlainNumbers() {
+    if (cpp_ == std::locale::classic()) return;
+    std::locale::global(cpp_);
+    std::setlocale(LC_ALL, c_.c_str());
+  }
+  PlainNumbers(const PlainNumbers&) = delete;
+  PlainNumbers& operator=(const PlainNumbers&) = delete;
+
+ private:
+  std::locale cpp_;  // the global one
+  std::string c_;
+};
+
 PolygonMesh run_reader(PreparedMesh& prepared, const std::string& extension, const std::filesystem::path& path,
                        const std::string& file) {
   static std::mutex readers;  // OpenMesh's readers keep state between calls
   const std::lock_guard lock(readers);
   const Silence silence;
+  const PlainNumbers numbers;
   // The stream reader for OFF goes by flags that only a look at a file sets.
   if (extension == "off") (void)OpenMesh::IO::OFFReader().can_u_read(path.string());
   OpenMesh::IO::Options options;
   if (prepared.binary) options += OpenMesh::IO::Options::Binary;
   std::istringstream stream(std::move(prepared.stream));
-  stream.imbue(std::locale::classic());
   if (extension == "om") stream.unsetf(std::ios::skipws);
   MeshImporter importer;
   if (!OpenMesh::IO::IOManager().read(stream, extension, importer, options))

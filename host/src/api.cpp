@@ -136,12 +136,14 @@ parian_status with(const parian_renderer* renderer, F&& f) noexcept {
   auto& r = const_cast<parian_renderer&>(*renderer);  // the flag and the lists; `f` takes care of the rest
   if (r.busy.test_and_set())
     return failed(PARIAN_BUSY, "renderer: another call is inside it; use it from one thread at a time");
-  const parian_status status = caught([&] {
+  parian_status status = caught([&] {
     if (r.lost)
       throw Error(ErrorKind::device, "the device was lost; release the renderer and make a new context",
                   CL_INVALID_CONTEXT);
     f(r);
   });
+  if (r.compute->abandoned() && !r.lost && status != PARIAN_DEVICE_LOST)  // no memory to say so
+    status = failed(PARIAN_DEVICE_LOST, "the driver left a call by an exception; give the process more memory");
   r.lost = r.lost || status == PARIAN_DEVICE_LOST;
   if (status >= PARIAN_DEVICE_FAILED && status != PARIAN_NOT_PLANNED) undo_plan(r);
   r.compute->leave();
