@@ -70,6 +70,8 @@ struct Input {
   Exposure exposure;
   std::string device;     ///< what [render] says, or empty
   std::string mesh_file;  ///< for messages about the mesh
+  /// All that was read, each with what messages call it.
+  std::vector<std::pair<std::string, std::filesystem::path>> files;
 };
 
 /// Full vertical angles that a camera can have, in degrees.

@@ -200,6 +200,9 @@ Input load_input(const std::filesystem::path& path, const Overrides& overrides) 
   if (file.exposure) input.exposure = *file.exposure;
   input.device = file.device;
   input.mesh_file = file.object.mesh.string();
+  if (is_scene(path)) input.files.emplace_back("the scene", path);
+  input.files.emplace_back("the mesh", file.object.mesh);
+  if (overrides.cameras) input.files.emplace_back("--cameras", *overrides.cameras);
   Scene& scene = input.scene;
   if (file.film) scene.film = *file.film;
   if (overrides.film) scene.film = *overrides.film;

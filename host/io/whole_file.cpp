@@ -29,15 +29,47 @@ bool flush_to_disk(const fs::path& file) {
   return ::close(handle) == 0 && done;
 }
 
+/// A name beside `place`, for this process's file number `count`. It keeps the extension of the name that was given, by
+/// which writers of pictures go.
+fs::path temporary_name(const fs::path& place, const fs::path& given, unsigned count) {
+  constexpr std::size_t longest_extension = 16;
+  std::string extension = given.extension().string();
+  if (extension.size() > longest_extension) extension.clear();
+  return place.parent_path() / fmt::format(".parian-{}-{:04}{}", ::getpid(), count, extension);
+}
+
+/// Whether the file system can't have a file of that name.
+bool is_too_long(const fs::path& path) {
+  std::error_code problem;
+  (void)fs::symlink_status(path, problem);
+  return problem == std::errc::filename_too_long;
+}
+
 }  // namespace
+
+fs::path final_place(const fs::path& path) {
+  constexpr int most_links = 40;  // as the system's own
+  fs::path place = path;
+  std::error_code failed;
+  for (int links = 0; fs::is_symlink(place, failed); ++links) {
+    if (links == most_links) fail(path, "is a link that leads in circles; remove it or give another name");
+    const fs::path target = fs::read_symlink(place, failed);
+    if (failed) break;
+    place = place.parent_path() / target;  // which is the target alone if that is absolute
+  }
+  return place;
+}
 
 void check_place(const fs::path& path) {
   std::error_code ignored;
   if (!path.has_filename()) fail(path, "names no file; give a file's name");
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  const fs::path place = final_place(path);
+  const fs::path folder = place.has_parent_path() ? place.parent_path() : fs::path(".");
   const fs::file_status there = fs::status(folder, ignored);
   if (!fs::exists(there)) fail(path, fmt::format("there is no folder '{}'; create it first", folder.string()));
   if (!fs::is_directory(there)) fail(path, fmt::format("'{}' is not a folder; choose another", folder.string()));
+  if (is_too_long(place) || is_too_long(temporary_name(place, path, 0)))
+    fail(path, "the name is too long for the file system; give a shorter one");
   const fs::file_status status = fs::status(path, ignored);
   if (fs::is_directory(status)) fail(path, "is a folder; give a file's name");
   if (fs::exists(status) && !fs::is_regular_file(status)) fail(path, "is not a regular file; give another name");
@@ -50,10 +82,8 @@ void check_place(const fs::path& path) {
 WholeFile::WholeFile(const fs::path& path) : path_(path) {
   static std::atomic<unsigned> count{0};
   check_place(path);
-  std::error_code failed;
-  target_ = fs::is_symlink(path, failed) ? fs::canonical(path, failed) : path;  // a link stays a link
-  if (failed) target_ = path;
-  temporary_ = target_.parent_path() / fmt::format(".parian-{}-{}{}", ::getpid(), count++, path.extension().string());
+  target_ = final_place(path);  // a link stays a link
+  temporary_ = temporary_name(target_, path, count++);
 }
 
 WholeFile::~WholeFile() {

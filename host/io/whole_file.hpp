@@ -26,8 +26,12 @@ class WholeFile {
   bool committed_ = false;
 };
 
-/// Throws Error(output) when no file can be put at `path`: no such folder, no permission, or something that isn't a
-/// file is there.
+/// Where a file called `path` lies, or will: links are followed, also one whose target isn't there yet. Throws
+/// Error(output) if they lead in circles.
+[[nodiscard]] std::filesystem::path final_place(const std::filesystem::path& path);
+
+/// Throws Error(output) when no file can be put at `path`: no such folder, no permission, a name that is too long, or
+/// something that isn't a file is there.
 void check_place(const std::filesystem::path& path);
 
 /// Writes `text` to `path`, whole or not at all. Throws Error(output).
