@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 
@@ -231,11 +232,14 @@ void render_reference(const Scene& scene, const ReferenceSettings& settings, Ref
              std::vector<double>(3 * pixels, 0.0)};
   }
   const auto start = std::chrono::steady_clock::now();
-  const auto done = [&] {
-    if (state.batches < least_batches) return false;
+  bool asked = false;
+  const auto in_time = [&] {  // may be asked by any thread
+    if (state.batches < fewest_batches) return true;
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    const double error = own_relmse(state);  // unknown where nothing is covered fully: then the fewest batches do
-    return error < settings.target || (settings.time > 0 && seconds >= settings.time);
+    return !asked && (settings.time <= 0 || seconds < settings.time);
+  };
+  const auto done = [&] {  // the error is unknown where nothing is covered fully: then the least batches do
+    return !in_time() || (state.batches >= least_batches && own_relmse(state) < settings.target);
   };
   const auto column = [&](std::size_t i) { return static_cast<std::uint32_t>(i % scene.film.x); };
   const auto row = [&](std::size_t i) { return static_cast<std::uint32_t>(i / scene.film.x); };
@@ -246,14 +250,20 @@ void render_reference(const Scene& scene, const ReferenceSettings& settings, Ref
   std::vector<glm::dvec4> batch(pixels);
   constexpr std::size_t chunk = 32;  // pixels that a thread takes at once
   while (!done()) {
+    std::atomic<bool> whole{true};
     in_parallel((pixels + chunk - 1) / chunk, settings.threads, [&](std::size_t k) {
+      if (!whole || !in_time()) {
+        whole = false;
+        return;
+      }
       for (std::size_t i = k * chunk; i < std::min(pixels, (k + 1) * chunk); ++i) {
         RandomStream random(settings.seed, state.batches, i);
         batch[i] = transport.pixel(column(i), row(i), samples[i], random);
       }
     });
+    if (!whole) return;
     add_batch(batch, state);
-    if (progress && !progress(state.batches, own_relmse(state))) return;
+    asked = progress && !progress(state.batches, own_relmse(state));
   }
 }
 

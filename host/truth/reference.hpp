@@ -13,7 +13,7 @@ namespace parian {
 struct ReferenceSettings {
   Model model = Model::directional;
   double target = 1e-4;  ///< stop when the picture's own relMSE is below it; 0: never
-  double time = 0.0;     ///< wall seconds after which it stops too, once there are least_batches; 0: no limit
+  double time = 0.0;     ///< wall seconds after which it stops too, once there are two batches; 0: no limit
   std::uint64_t seed = 0;
   std::uint32_t samples = 8;   ///< camera rays per pixel in each batch, for a new state
   std::uint32_t entries = 16;  ///< places of entry per camera ray, divided between the lights, at least four each
@@ -30,11 +30,15 @@ struct ReferenceState {
   std::vector<double> squared;  ///< per pixel and RGB: sum over batches of (value - mean)^2
 };
 
-/// Fewest batches that a standard error is taken from.
+/// Fewest batches whose standard error is good enough to stop at a target.
 inline constexpr std::uint32_t least_batches = 16;
 
-/// Adds batches to `state` (empty at first) of the scene's first camera until `settings` says stop; `progress(batches,
-/// own relMSE)` after each may return false to stop early. Throws Error(input) for a scene that can't be rendered.
+/// Fewest batches that have a standard error at all: with fewer, nothing ends before its time.
+inline constexpr std::uint32_t fewest_batches = 2;
+
+/// Adds batches to `state` (empty at first) of the scene's first camera until `settings` says stop: when its time is
+/// over, in the middle of a batch, which is dropped. `progress(batches, own relMSE)` after each may return false to
+/// stop early. Either way there are fewest_batches. Throws Error(input) for a scene that can't be rendered.
 void render_reference(const Scene& scene, const ReferenceSettings& settings, ReferenceState& state,
                       const std::function<bool(std::uint32_t, double)>& progress = {});
 

@@ -94,11 +94,13 @@ struct ReportSettings {
   std::uint32_t frames = 16;       ///< of a method's run, at most
   std::uint32_t sweep_frames = 8;  ///< of a run of a sweep, at most
   double time = 0.0;               ///< wall seconds after which a run ends at its next checkpoint; 0: no limit
+  std::function<bool()> stop = [] { return false; };  ///< asked before each run, whether to end with what is whole
 };
 
 /// Renders `scene`'s first camera in every configuration and compares with `reference`, which has the film's size.
 /// `settings` are Parian's default for this scene: the methods share its numbers and sweeps start from them. Progress
 /// goes to `progress` as lines without an end. Configurations that the device can't hold or refuses become warnings.
+/// Told to stop, it has the seeds that every configuration was rendered with; with none of them nothing else is filled.
 /// Throws as Rendering and compare do. Fills all but what names the input and the reference.
 [[nodiscard]] Report measure(const Scene& scene, const Settings& settings, const std::string& selector,
                              const Image& reference, const ReportSettings& how,

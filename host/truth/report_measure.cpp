@@ -178,11 +178,12 @@ void sort_sweeps(Report& report, const std::vector<Candidate>& candidates) {
 /// Finds every candidate's limit, and with it the configurations of the report. What sweeps add is taken out of
 /// `candidates` where the device refuses it.
 void measure_limits(std::vector<Candidate>& candidates, const Scene& scene, const std::string& selector,
-                    const Image& reference, std::uint32_t seed, Limits& limits, Report& report,
-                    const std::function<void(const std::string&)>& progress) {
+                    const Image& reference, std::uint32_t seed, const ReportSettings& how, Limits& limits,
+                    Report& report, const std::function<void(const std::string&)>& progress) {
   std::vector<Candidate> taken;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const Candidate& c = candidates[i];
+    if (how.stop()) return;
     if (progress) progress(fmt::format("limit {} of {}: {}", i + 1, candidates.size(), c.name));
     try {
       Settings settings = c.settings;
@@ -204,6 +205,45 @@ void measure_limits(std::vector<Candidate>& candidates, const Scene& scene, cons
   candidates = taken;
 }
 
+/// What measure_seed goes by.
+struct Measuring {
+  const std::vector<Candidate>& candidates;
+  const Scene& scene;
+  const std::string& selector;
+  const Image& reference;
+  const ReportSettings& how;
+  const std::function<void(const std::string&)>& progress;
+};
+
+/// Renders every configuration with one seed more; pictures of the first go to `shots`. Told to stop before the last
+/// one, it leaves the report without this seed and returns false.
+bool measure_seed(const Measuring& m, std::uint32_t first_seed, Limits& limits, std::vector<MethodShots>& shots,
+                  Report& report) {
+  const std::uint32_t seed = report.seeds;
+  for (std::uint32_t i = 0; i < m.candidates.size(); ++i) {
+    if (m.how.stop()) {
+      report.runs.resize(report.runs.size() - i);
+      return false;
+    }
+    const Candidate& c = m.candidates[i];
+    Settings settings = c.settings;
+    settings.seed = first_seed + seed;
+    const bool shown = seed == 0 && i < methods && settings.pyramids;
+    if (shown) shots.push_back({c.name, i == standard, {}});
+    const Limit& limit = limits.of(settings, c.frames, m.scene, m.selector, m.reference, report.warnings);
+    report.runs.push_back(render_run(m.scene, settings, m.selector, m.reference, limit, c.frames, m.how.time,
+                                     shown ? &shots.back().shots : nullptr, report.warnings));
+    ReportRun& run = report.runs.back();
+    run.configuration = i;
+    if (m.progress)
+      m.progress(fmt::format("seed {} of {}, {} of {}: {}: relMSE {:.2g} in {:.2g} s", seed + 1, m.how.seeds, i + 1,
+                             m.candidates.size(), c.name, run.checkpoints.back().relmse,
+                             run.checkpoints.back().seconds));
+  }
+  ++report.seeds;
+  return true;
+}
+
 }  // namespace
 
 Report measure(const Scene& whole, const Settings& given, const std::string& selector, const Image& reference,
@@ -223,32 +263,20 @@ Report measure(const Scene& whole, const Settings& given, const std::string& sel
   std::vector<Candidate> candidates = make_candidates(defaults, how, report);
   report.standard = standard;
   Limits limits;
-  measure_limits(candidates, scene, selector, reference, given.seed + how.seeds, limits, report, progress);
+  measure_limits(candidates, scene, selector, reference, given.seed + how.seeds, how, limits, report, progress);
+  if (how.stop()) return report;
   sort_sweeps(report, candidates);
 
   std::vector<MethodShots> shots;
-  for (std::uint32_t seed = 0; seed < how.seeds; ++seed)
-    for (std::uint32_t i = 0; i < candidates.size(); ++i) {
-      const Candidate& c = candidates[i];
-      Settings settings = c.settings;
-      settings.seed = given.seed + seed;
-      const bool shown = seed == 0 && i < methods && settings.pyramids;
-      if (shown) shots.push_back({c.name, i == standard, {}});
-      const Limit& limit = limits.of(settings, c.frames, scene, selector, reference, report.warnings);
-      report.runs.push_back(render_run(scene, settings, selector, reference, limit, c.frames, how.time,
-                                       shown ? &shots.back().shots : nullptr, report.warnings));
-      ReportRun& run = report.runs.back();
-      run.configuration = i;
-      if (progress)
-        progress(fmt::format("seed {} of {}, {} of {}: {}: relMSE {:.2g} in {:.2g} s", seed + 1, how.seeds, i + 1,
-                             candidates.size(), c.name, run.checkpoints.back().relmse, run.checkpoints.back().seconds));
-    }
+  const Measuring measuring{candidates, scene, selector, reference, how, progress};
+  while (report.seeds < how.seeds && measure_seed(measuring, given.seed, limits, shots, report)) {
+  }
+  if (report.seeds == 0) return report;
   const Rendering renderer(scene, defaults, selector);  // for the device's name
   report.machine = describe_machine(renderer.device());
   report.machine.load_before = load_before;
   report.machine.load_after = load_averages();
   report.film = {reference.width, reference.height};
-  report.seeds = how.seeds;
   report.difference_scale = difference_scale;
   report.pictures = picture_rows(reference, shots);
   report.material = scene.material.name;
