@@ -5,13 +5,13 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
 #include "embedded.hpp"
 #include "machine.hpp"
+#include "terminal.hpp"
 
 namespace parian {
 namespace {
@@ -86,13 +86,13 @@ double per_second(const BenchPart& part) { return part.count / part.seconds.medi
 double share(const BenchPart& part, const Bench& b) { return per_second(part) * part.operations / b.peak.median; }
 
 void print_poster(const Bench& b) {
-  fmt::print(
+  show(
       "\nThe poster's frame, published for a GPU of 5 TFLOP/s: 16 layers of 512 x 512, 20 samples, light map of 512 x "
       "512\n{:<12}{:>14}{:>14}{:>30}\n",
       "pass", "its ms", "ms here", "times its operations of peak");
   for (const PosterRow& row : poster_rows(b))
-    fmt::print("{:<12}{:>14.2f}{:>14.2f}{:>30.2f}\n", row.name, row.theirs, row.ours, row.per_peak(b));
-  fmt::print(
+    show("{:<12}{:>14.2f}{:>14.2f}{:>30.2f}\n", row.name, row.theirs, row.ours, row.per_peak(b));
+  show(
       "Here a light map is drawn for each of two halves of the samples, and of {} covered texels the {} that the "
       "camera\n"
       "reads are evaluated. The film is what --size says.\n",
@@ -101,27 +101,26 @@ void print_poster(const Bench& b) {
 
 void print_table(const Bench& b, const Input& input, const Machine& machine, bool poster) {
   const Statistics& s = b.statistics;
-  fmt::print("device  {} ({}), driver {}, {} units, {} lanes\n", machine.device, machine.platform, machine.driver,
-             machine.compute_units, machine.lanes);
-  fmt::print("load    {:.1f} before, {:.1f} after\n", machine.load_before[0], machine.load_after[0]);
-  fmt::print("scene   {} triangles, {}, film {} x {}, {} layers of {} x {}, {} texels read\n",
-             input.scene.mesh.triangles.size(), input.scene.material.name, input.scene.film.x, input.scene.film.y,
-             s.layers_count, s.layers_size, s.layers_size, s.layers_texels_evaluated);
-  fmt::print("peak    {}FLOP/s ({} to {}), of multiply-adds\n", with_prefix(b.peak.median), with_prefix(b.peak.low),
-             with_prefix(b.peak.high));
-  fmt::print("error   relMSE {} after {} frames\n\n", b.relmse >= 0 ? fmt::format("{:.2g}", b.relmse) : "unknown",
-             b.frames);
-  fmt::print("{:<12}{:>28}{:>28}\n", "pass", "ms, wall", "ms, kernels");
+  show("device  {} ({}), driver {}, {} units, {} lanes\n", machine.device, machine.platform, machine.driver,
+       machine.compute_units, machine.lanes);
+  show("load    {:.1f} before, {:.1f} after\n", machine.load_before[0], machine.load_after[0]);
+  show("scene   {} triangles, {}, film {} x {}, {} layers of {} x {}, {} texels read\n",
+       input.scene.mesh.triangles.size(), input.scene.material.name, input.scene.film.x, input.scene.film.y,
+       s.layers_count, s.layers_size, s.layers_size, s.layers_texels_evaluated);
+  show("peak    {}FLOP/s ({} to {}), of multiply-adds\n", with_prefix(b.peak.median), with_prefix(b.peak.low),
+       with_prefix(b.peak.high));
+  show("error   relMSE {} after {} frames\n\n", b.relmse >= 0 ? fmt::format("{:.2g}", b.relmse) : "unknown", b.frames);
+  show("{:<12}{:>28}{:>28}\n", "pass", "ms, wall", "ms, kernels");
   for (const BenchPass& pass : b.passes)
-    fmt::print("{:<12}{:>28}{:>28}\n", pass.name, milliseconds(pass.wall), milliseconds(pass.kernel));
-  fmt::print("\n{:<24}{:>25}{:>9}{:>20}{:>10}{:>9}{:>8}{:>7}\n", "of which", "ms, kernels", "count", "a second",
-             "FLOP each", "of peak", "B each", "GB/s");
+    show("{:<12}{:>28}{:>28}\n", pass.name, milliseconds(pass.wall), milliseconds(pass.kernel));
+  show("\n{:<24}{:>25}{:>9}{:>20}{:>10}{:>9}{:>8}{:>7}\n", "of which", "ms, kernels", "count", "a second", "FLOP each",
+       "of peak", "B each", "GB/s");
   for (const BenchPass& pass : b.passes)
     for (const BenchPart& part : pass.parts)
-      fmt::print("{:<24}{:>25}{:>9}{:>20}{:>10.0f}{:>8.1f}%{:>8.1f}{:>7.2f}\n", pass.name + ", " + part.name,
-                 milliseconds(part.seconds), with_prefix(part.count), with_prefix(per_second(part)) + part.unit,
-                 part.operations, 100 * share(part, b), part.bytes, 1e-9 * per_second(part) * part.bytes);
-  fmt::print(
+      show("{:<24}{:>25}{:>9}{:>20}{:>10.0f}{:>8.1f}%{:>8.1f}{:>7.2f}\n", pass.name + ", " + part.name,
+           milliseconds(part.seconds), with_prefix(part.count), with_prefix(per_second(part)) + part.unit,
+           part.operations, 100 * share(part, b), part.bytes, 1e-9 * per_second(part) * part.bytes);
+  show(
       "\nMedians of {} runs, with least and most. A frame has each pass once; the gather is of level 0, at one "
       "subpixel\n"
       "position (a mean over {}). What is done once a scene took {:.2f} s, and {:.2f} s to compile. FLOP and bytes "
@@ -187,12 +186,14 @@ void print_json(const Bench& b, const Input& input, const Machine& machine, bool
                                           {"seconds", 1e-3 * row.ours},
                                           {"ratio_per_peak", row.per_peak(b)}});
   }
-  fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+  show_text(json.dump(2, ' ', true, Json::error_handler_t::replace) + "\n");
 }
 
 int run_bench(const BenchOptions& options) {
   const Overrides overrides = options.input.overrides();
   Input input = load_input(options.input.input, overrides);
+  FileUses files;
+  note_inputs(input, files);
   if (options.poster) set_poster(input.settings, overrides);
   const std::string selector = options.input.device_selector(input.device);
   const std::array<double, 3> load = load_averages();

@@ -5,13 +5,13 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
 #include "embedded.hpp"
+#include "terminal.hpp"
 
 namespace parian {
 namespace {
@@ -45,12 +45,11 @@ std::string margin(const CheckResult& result) {
 class Table {
  public:
   void add(const CheckResult& result) {
-    if (result.section != section_) fmt::print("\n{}\n", heading(section_ = result.section));
-    fmt::print("  {}  {:<29} {:<52} {}\n", result.passed ? "ok  " : "FAIL", result.name, result.outcome,
-               margin(result));
+    if (result.section != section_) show("\n{}\n", heading(section_ = result.section));
+    show("  {}  {:<29} {:<52} {}\n", result.passed ? "ok  " : "FAIL", result.name, result.outcome, margin(result));
     if (!result.passed || result.section == "self-test" || result.section == "random" || result.section == "vectors")
-      fmt::print("        {}\n", result.found);
-    std::fflush(stdout);
+      show("        {}\n", result.found);
+    flush_results();
   }
 
  private:
@@ -71,13 +70,13 @@ double seconds(const CheckReport& report) {
 }
 
 void print_end(const CheckReport& report) {
-  fmt::print(
+  show(
       "\nThe pairs that take most of their tolerance, in hexadecimal; 'parian check --json' keeps them as a vector\n"
       "file, 'parian check --vectors FILE' runs it again\n");
-  for (const VectorCase& worst : report.worst) fmt::print("  {}\n", vector_json(worst));
-  fmt::print("\n{} checks on {}, driver {}: {} in {:.1f} s\n", report.results.size(), report.device.name,
-             report.device.driver, report.passed() ? "all passed" : fmt::format("{} failed", failed(report).size()),
-             seconds(report));
+  for (const VectorCase& worst : report.worst) show("  {}\n", vector_json(worst));
+  show("\n{} checks on {}, driver {}: {} in {:.1f} s\n", report.results.size(), report.device.name,
+       report.device.driver, report.passed() ? "all passed" : fmt::format("{} failed", failed(report).size()),
+       seconds(report));
 }
 
 void print_json(const CheckReport& report) {
@@ -103,7 +102,7 @@ void print_json(const CheckReport& report) {
                               {"seconds", r.seconds}});
   json["cases"] = Json::array();  // as in a vector file
   for (const VectorCase& worst : report.worst) json["cases"].push_back(Json::parse(vector_json(worst)));
-  fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+  show_text(json.dump(2, ' ', true, Json::error_handler_t::replace) + "\n");
 }
 
 int run_check(const CheckOptions& options) {
@@ -114,6 +113,7 @@ int run_check(const CheckOptions& options) {
     if (seed != std::floor(seed)) throw Error(ErrorKind::usage, "--seed: give a whole number");
     settings.seed = static_cast<std::uint32_t>(seed);
   }
+  if (!options.vectors.empty()) FileUses().reads("--vectors", options.vectors);
   if (options.half_space) return print_half_space(options.json);
   Table table;
   if (!options.json) settings.progress = [&](const CheckResult& result) { table.add(result); };
@@ -121,8 +121,8 @@ int run_check(const CheckOptions& options) {
       options.vectors.empty() ? check_device(settings) : check_vectors(settings, read_vectors(options.vectors));
   options.json ? print_json(report) : print_end(report);
   if (report.passed()) return 0;
-  std::fflush(stdout);
-  fmt::print(stderr, "parian: check failed: {}\n", fmt::join(failed(report), ", "));
+  flush_results();
+  say(fmt::format("check failed: {}", fmt::join(failed(report), ", ")));
   return 1;
 }
 

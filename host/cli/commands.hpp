@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "file_uses.hpp"
 #include "scene_file.hpp"
 
 namespace parian {
@@ -40,6 +41,9 @@ struct InputOptions {
   /// --device, else PARIAN_DEVICE, else `scene`'s.
   [[nodiscard]] std::string device_selector(const std::string& scene) const;
 };
+
+/// Notes what `input` was read from. Throws Error(usage) if something else is written there.
+void note_inputs(const Input& input, FileUses& files);
 
 /// Adds INPUT and the options of InputOptions; `options` must outlive `app`.
 void add_input_options(CLI::App& app, InputOptions& options);

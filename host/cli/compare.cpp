@@ -9,6 +9,7 @@
 
 #include "commands.hpp"
 #include "image_file.hpp"
+#include "terminal.hpp"
 
 namespace parian {
 namespace {
@@ -37,26 +38,32 @@ void print_json(const Comparison& c) {
   json["mean_ratio"] = {known(c.mean_ratio[0]), known(c.mean_ratio[1]), known(c.mean_ratio[2])};
   json["max_abs"] = known(c.max_abs);
   json["max_pixel"] = c.max_pixel;
-  fmt::print("{}\n", json.dump(2));
+  show_text(json.dump(2) + "\n");
 }
 
 void print_table(const Comparison& c) {
   const auto number = [](double value) { return value >= 0 ? fmt::format("{:.3g}", value) : std::string("unknown"); };
-  fmt::print("pixels covered fully in both  {}\n", c.pixels);
-  fmt::print("relMSE                        {}\n", number(c.relmse));
-  fmt::print("  with the pictures' noise    {}\n", number(c.relmse_uncorrected));
-  fmt::print("  without the worst 1 %       {}\n", number(c.relmse_p99));
-  fmt::print("  at the object's edge        {}\n", number(c.relmse_edge));
-  fmt::print("  of the reference itself     {}\n", number(c.reference_relmse));
-  fmt::print("RMSE                          {}\n", number(c.rmse));
-  fmt::print("ratio of means, R G B         {:.5f} {:.5f} {:.5f}\n", c.mean_ratio[0], c.mean_ratio[1], c.mean_ratio[2]);
-  fmt::print("largest difference            {} at pixel {},{}\n", number(c.max_abs), c.max_pixel[0], c.max_pixel[1]);
+  show("pixels covered fully in both  {}\n", c.pixels);
+  show("relMSE                        {}\n", number(c.relmse));
+  show("  with the pictures' noise    {}\n", number(c.relmse_uncorrected));
+  show("  without the worst 1 %       {}\n", number(c.relmse_p99));
+  show("  at the object's edge        {}\n", number(c.relmse_edge));
+  show("  of the reference itself     {}\n", number(c.reference_relmse));
+  show("RMSE                          {}\n", number(c.rmse));
+  show("ratio of means, R G B         {:.5f} {:.5f} {:.5f}\n", c.mean_ratio[0], c.mean_ratio[1], c.mean_ratio[2]);
+  show("largest difference            {} at pixel {},{}\n", number(c.max_abs), c.max_pixel[0], c.max_pixel[1]);
 }
 
 int run_compare(const CompareOptions& options) {
   const double scale = options.scale.empty() ? 0.1 : parse_in_range("--scale", options.scale, 1e-9, 1e9);
   const double most = options.max_relmse.empty() ? -1 : parse_in_range("--max-relmse", options.max_relmse, 0, 1e30);
-  if (!options.difference.empty()) check_output(options.difference);
+  FileUses files;
+  files.reads("the picture", options.picture);
+  files.reads("the reference", options.reference);
+  if (!options.difference.empty()) {
+    check_output(options.difference);
+    files.writes("--difference", options.difference);
+  }
   if (!options.scale.empty() && options.difference.empty())
     throw Error(ErrorKind::usage, "--scale belongs to the picture of the difference; add --difference FILE");
   const Image picture = read_image(options.picture), reference = read_image(options.reference);
@@ -75,7 +82,7 @@ int run_compare(const CompareOptions& options) {
     write_image(options.difference, named([&] { return signed_difference(picture, reference, scale); }), notes, {});
   }
   if (most < 0 || comparison.relmse <= most) return 0;
-  fmt::print(stderr, "parian: relMSE {:.4g} exceeds {:.4g}\n", comparison.relmse, most);
+  say(fmt::format("relMSE {:.4g} exceeds {:.4g}", comparison.relmse, most));
   return exit_exceeded;
 }
 

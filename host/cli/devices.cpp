@@ -9,6 +9,7 @@
 #include "commands.hpp"
 #include "plan.hpp"
 #include "self_test.hpp"
+#include "terminal.hpp"
 #include "trial.hpp"
 
 namespace parian {
@@ -81,14 +82,14 @@ void print_list(const Json& devices) {
     return static_cast<double>(device[key].get<std::uint64_t>()) / static_cast<double>(1U << shift);
   };
   for (const Json& d : devices) {
-    fmt::print("{:>2}  {} ({}), {}\n", d["index"].get<int>(), text(d, "name"), text(d, "platform"), text(d, "type"));
-    fmt::print("    {}, driver {}\n", text(d, "version"), text(d, "driver"));
-    fmt::print("    {} compute units, {} lanes, work-groups of up to {}\n", d["compute_units"].get<std::uint64_t>(),
-               d["vector_width"].get<std::uint64_t>(), d["max_work_group"].get<std::uint64_t>());
-    fmt::print("    {:.1f} GiB of memory, {:.1f} GiB in one buffer, {:.0f} KiB in a work-group\n",
-               size(d, "global_memory", 30), size(d, "max_allocation", 30), size(d, "local_memory", 10));
-    fmt::print("    self-test {}\n", d["self_test"]["passed"].get<bool>() ? "passed" : "failed");
-    for (const Json& f : d["self_test"]["failed"]) fmt::print("      {}: {}\n", text(f, "check"), text(f, "found"));
+    show("{:>2}  {} ({}), {}\n", d["index"].get<int>(), text(d, "name"), text(d, "platform"), text(d, "type"));
+    show("    {}, driver {}\n", text(d, "version"), text(d, "driver"));
+    show("    {} compute units, {} lanes, work-groups of up to {}\n", d["compute_units"].get<std::uint64_t>(),
+         d["vector_width"].get<std::uint64_t>(), d["max_work_group"].get<std::uint64_t>());
+    show("    {:.1f} GiB of memory, {:.1f} GiB in one buffer, {:.0f} KiB in a work-group\n",
+         size(d, "global_memory", 30), size(d, "max_allocation", 30), size(d, "local_memory", 10));
+    show("    self-test {}\n", d["self_test"]["passed"].get<bool>() ? "passed" : "failed");
+    for (const Json& f : d["self_test"]["failed"]) show("      {}: {}\n", text(f, "check"), text(f, "found"));
   }
 }
 
@@ -102,7 +103,7 @@ void add_devices(CLI::App& app, Run& run) {
   command->callback([&run, json] {
     run = [json] {
       const Json devices = survey();
-      if (*json) fmt::print("{}\n", devices.dump(2));
+      if (*json) show_text(devices.dump(2, ' ', true) + "\n");
       if (devices.empty()) throw Error(ErrorKind::device, no_device);
       if (!*json) print_list(devices);
       return 0;

@@ -9,6 +9,7 @@
 
 #include "commands.hpp"
 #include "half_space.hpp"
+#include "terminal.hpp"
 
 namespace parian {
 namespace {
@@ -91,29 +92,29 @@ Json as_json(const Row& row) {
 }
 
 void print_table(const std::vector<Row>& rows) {
-  fmt::print("Albedo of a half-space lit at 0, 45 and 75 degrees to its normal: the share of the arriving flux that\n");
-  fmt::print("leaves again after scattering. Random walk: the truth; models: how many times brighter than that.\n\n");
-  fmt::print("{:>52}", "random walk");
-  for (const char* name : model_names) fmt::print("  {:>18}", name);
-  fmt::print("\n{:<10} {:>7} {:>5} {:>4}  ", "medium", "alpha'", "eta", "g");
-  for (const double angle : angles) fmt::print(" {:>5}°", angle);
+  show("Albedo of a half-space lit at 0, 45 and 75 degrees to its normal: the share of the arriving flux that\n");
+  show("leaves again after scattering. Random walk: the truth; models: how many times brighter than that.\n\n");
+  show("{:>52}", "random walk");
+  for (const char* name : model_names) show("  {:>18}", name);
+  show("\n{:<10} {:>7} {:>5} {:>4}  ", "medium", "alpha'", "eta", "g");
+  for (const double angle : angles) show(" {:>5}°", angle);
   for (std::size_t i = 0; i < models.size(); ++i) {
-    fmt::print("  ");
-    for (const double angle : angles) fmt::print(" {:>4}°", angle);
+    show("  ");
+    for (const double angle : angles) show(" {:>4}°", angle);
   }
   double worst = 0;
   for (const Row& row : rows) {
-    fmt::print("\n{:<10} {:>7.4f} {:>5.3g} {:>4.2g}  ", row.name, row.alpha_prime, row.medium.eta, row.medium.g);
+    show("\n{:<10} {:>7.4f} {:>5.3g} {:>4.2g}  ", row.name, row.alpha_prime, row.medium.eta, row.medium.g);
     for (const Entry& entry : row.entries) {
-      fmt::print(" {:>6.4f}", entry.truth.albedo());
+      show(" {:>6.4f}", entry.truth.albedo());
       worst = std::max(worst, entry.relative_error());
     }
     for (std::size_t i = 0; i < models.size(); ++i) {
-      fmt::print("  ");
-      for (const Entry& entry : row.entries) fmt::print(" {:>5.2f}", entry.ratio(i));
+      show("  ");
+      for (const Entry& entry : row.entries) show(" {:>5.2f}", entry.ratio(i));
     }
   }
-  fmt::print("\n\nThe random walk's standard error is at most {:.2f} % of the albedo.\n", 100 * worst);
+  show("\n\nThe random walk's standard error is at most {:.2f} % of the albedo.\n", 100 * worst);
 }
 
 }  // namespace
@@ -127,7 +128,7 @@ int print_half_space(bool json) {
   }
   Json all = {{"schema", "parian-half-space-1"}, {"half_spaces", Json::array()}};
   for (const Row& row : rows) all["half_spaces"].push_back(as_json(row));
-  fmt::print("{}\n", all.dump(2));
+  show_text(all.dump(2) + "\n");
   return 0;
 }
 

@@ -190,6 +190,10 @@ Overrides InputOptions::overrides() const {
   return result;
 }
 
+void note_inputs(const Input& input, FileUses& files) {
+  for (const auto& [as, path] : input.files) files.reads(as, path);
+}
+
 std::string InputOptions::device_selector(const std::string& scene) const {
   if (!device.empty()) return device;
   const char* environment = std::getenv("PARIAN_DEVICE");

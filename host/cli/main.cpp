@@ -1,9 +1,7 @@
 // The command line tool: subcommands, help, and the one place where exceptions become a line and an exit code.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <csignal>
-#include <cstdio>
 #include <exception>
 #include <new>
 
@@ -11,19 +9,16 @@
 #include "embedded.hpp"
 #include "error.hpp"
 #include "nearest.hpp"
-#include "words.hpp"
+#include "terminal.hpp"
 
 namespace {
 
 using parian::ErrorKind;
+using parian::say;
 
 /// Prints the one line that an error is, and returns its exit code.
-int report(ErrorKind kind, const std::string& marked) {
-  std::string message = parian::in_command_words(marked);
-  for (char& c : message) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  }
-  fmt::print(stderr, "parian: {}\n", message);
+int report(ErrorKind kind, const std::string& message) {
+  say(message);
   return static_cast<int>(kind);
 }
 
@@ -69,7 +64,8 @@ int run(int argc, char** argv) {
   app.footer(
       "'parian COMMAND --help' tells more.\n"
       "Exit codes: 0 done, 1 a comparison or check failed, 2 bad usage, 3 bad input, 4 OpenCL or device,\n"
-      "5 output could not be written, 130 interrupted.");
+      "5 output could not be written; 130, 143, 129 ended by Ctrl-C, SIGTERM, SIGHUP: render, reference and report\n"
+      "finish what is under way and write what they have, all else ends at once.");
   parian::Run chosen;
   parian::add_render(app, chosen);
   parian::add_reference(app, chosen);
@@ -94,10 +90,10 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an error to report, not a reason to die
+  parian::keep_standard_streams();
   try {
     const int code = run(argc, argv);
-    if (std::fflush(stdout) != 0)
-      return report(ErrorKind::output, "standard output could not be written; check where it goes");
+    parian::flush_results();
     return code;
   } catch (const parian::Error& error) {
     return report(error.kind(), error.what());

@@ -8,6 +8,7 @@
 
 #include "commands.hpp"
 #include "medium.hpp"
+#include "terminal.hpp"
 
 namespace parian {
 namespace {
@@ -56,7 +57,7 @@ void print_json(const std::vector<Row>& rows) {
                    {"reduced_albedo", row.albedo},
                    {"diffusive", row.diffusive}});
   }
-  fmt::print("{}\n", all.dump(2));
+  show_text(all.dump(2, ' ', true) + "\n");
 }
 
 void print_table(const std::vector<Row>& rows) {
@@ -65,20 +66,20 @@ void print_table(const std::vector<Row>& rows) {
     name = std::max(name, row.measured->material.name.size());
     dataset = std::max(dataset, row.measured->dataset.size());
   }
-  fmt::print("{:<{}}    {:^29}   {:^20}   {:>5}  {}\n", "", name, "mean free path, mm", "reduced albedo", "", "");
-  fmt::print("{:<{}}    {:>9} {:>9} {:>9}   {:>6} {:>6} {:>6}   {:>5}  {}\n", "material", name, "R", "G", "B", "R", "G",
-             "B", "ior", "dataset");
+  show("{:<{}}    {:^29}   {:^20}   {:>5}  {}\n", "", name, "mean free path, mm", "reduced albedo", "", "");
+  show("{:<{}}    {:>9} {:>9} {:>9}   {:>6} {:>6} {:>6}   {:>5}  {}\n", "material", name, "R", "G", "B", "R", "G", "B",
+       "ior", "dataset");
   for (const Row& row : rows) {
     const auto& [x, y, z] = row.free_path;
     const auto& [r, g, b] = row.albedo;
-    fmt::print("{:<{}}  {} {:>9.4g} {:>9.4g} {:>9.4g}   {:>6.4f} {:>6.4f} {:>6.4f}   {:>5.3g}  {}\n",
-               row.measured->material.name, name, row.diffusive ? ' ' : '*', x, y, z, r, g, b,
-               row.measured->material.ior, row.measured->dataset);
+    show("{:<{}}  {} {:>9.4g} {:>9.4g} {:>9.4g}   {:>6.4f} {:>6.4f} {:>6.4f}   {:>5.3g}  {}\n",
+         row.measured->material.name, name, row.diffusive ? ' ' : '*', x, y, z, r, g, b, row.measured->material.ior,
+         row.measured->dataset);
   }
-  fmt::print(
+  show(
       "\nThe mean free path is 1/sigma_t', sigma_t' = sigma_s (1 - g) + sigma_a; the albedo sigma_s (1 - g) / "
       "sigma_t'.\n");
-  fmt::print(
+  show(
       "* The reduced albedo of a channel is below {}: light is absorbed before it diffuses, and every dipole is "
       "a poor model.\n",
       least_albedo);

@@ -2,18 +2,55 @@
 #include "progress.hpp"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <utility>
+
+#include "render_options.hpp"
+#include "terminal.hpp"
 
 namespace parian {
 namespace {
 
 constexpr double seconds_between_bars = 0.1;
 constexpr double seconds_between_lines = 5.0;
-constexpr int bar_length = 24;
+constexpr int longest_bar = 24, shortest_bar = 4;
+constexpr int usual_columns = 80;
+
+/// Columns of the terminal, asked anew each time, since its window may change.
+int terminal_columns() {
+  winsize window{};
+  if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 0) return window.ws_col;
+  const char* told = std::getenv("COLUMNS");
+  const auto columns = told ? parse_number(told) : std::nullopt;
+  return columns && *columns >= 1 && *columns < 1e6 ? static_cast<int>(*columns) : usual_columns;
+}
+
+/// Columns that text takes; wide characters take two.
+int columns_of(const std::string& text) {
+  const int padded = static_cast<int>(4 * text.size());  // fmt pads to a width in columns
+  return padded - static_cast<int>(fmt::formatted_size("{:<{}}", text, padded) - text.size());
+}
+
+/// The bar and as much of `text` as fit in one row. The last column stays free: beyond it terminals begin a new row.
+std::string fitted_row(double share, std::string text, int columns) {
+  const int room = std::max(0, columns - 1);
+  const int length = std::min(longest_bar, room - columns_of(text) - 3);
+  if (length >= shortest_bar) {
+    const int full = static_cast<int>(std::floor(share * length));
+    return fmt::format("[{:#<{}}{:.<{}}] {}", "", full, "", length - full, text);
+  }
+  while (columns_of(text) > room) {
+    while ((static_cast<unsigned char>(text.back()) & 0xc0) == 0x80) text.pop_back();  // of one character
+    text.pop_back();
+  }
+  return text;
+}
 
 /// Share of the work done: whichever limit is nearest. The error falls as one over the frames.
 double share_done(const Settings& settings, std::uint32_t frames, double error, double seconds) {
@@ -40,13 +77,12 @@ void Progress::update(std::uint32_t frames, double error, double seconds) {
   const std::string left = share > 0 ? duration(seconds * (1 - share) / share) : std::string("?");
   const std::string estimate = error >= 0 ? fmt::format("{:.2g}", error) : std::string("?");
   if (terminal_) {
-    const int full = static_cast<int>(std::floor(share * bar_length));
-    fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {} {}  estimated relMSE {}  {} left\033[K", "", full, "", bar_length - full,
-               unit_, frames, estimate, left);
+    const std::string text = fmt::format("{} {}  estimated relMSE {}  {} left", unit_, frames, estimate, left);
+    std::fputs(("\r" + fitted_row(share, printable(text), terminal_columns()) + "\033[K").c_str(), stderr);
     std::fflush(stderr);
     drawn_ = true;
   } else {
-    fmt::print(stderr, "parian: {} {}, estimated relMSE {}, {} left\n", unit_, frames, estimate, left);
+    say(fmt::format("{} {}, estimated relMSE {}, {} left", unit_, frames, estimate, left));
   }
 }
 

@@ -5,13 +5,13 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <memory>
 
 #include "commands.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
+#include "terminal.hpp"
 
 namespace parian {
 namespace {
@@ -92,11 +92,14 @@ int run_reference(const ReferenceOptions& options) {
   if (options.outputs.empty()) throw Error(ErrorKind::usage, "no output is given; add -o FILE, such as -o truth.exr");
   for (const std::string& output : options.outputs) check_output(output);
   const Input input = load_input(options.input.input, options.input.overrides());
+  FileUses files;
+  note_inputs(input, files);
+  for (const std::string& output : options.outputs) files.writes("-o", output);
   settings.model = input.settings.model;
   const std::uint32_t pixels = input.scene.film.x * input.scene.film.y;
   settings.samples = std::clamp(rays_per_batch / pixels, 1U, settings.samples);  // no batch of a large film takes hours
   for (const std::string& warning : input.scene.mesh.warnings)
-    fmt::print(stderr, "parian: warning: {}: {}\n", input.mesh_file, warning);
+    say(fmt::format("warning: {}: {}", input.mesh_file, warning));
   const std::string mark = fingerprint(input.scene, settings.model);
   ReferenceState state = options.resume ? earlier_state(resumable(options), mark) : ReferenceState();
   const std::uint32_t resumed = state.batches;
@@ -114,19 +117,17 @@ int run_reference(const ReferenceOptions& options) {
       return !interrupted();
     });
   }
-  if (state.batches < least_batches) {
-    fmt::print(stderr, "parian: interrupted after {} of {} batches: too few for a standard error, nothing is written\n",
-               state.batches, least_batches);
-    return exit_interrupted;
-  }
+  if (state.batches < least_batches)
+    say(fmt::format("warning: {} batches are few for a standard error; add --resume to go on", state.batches));
   if (state.batches > resumed || options.outputs.size() > 1)
     write_outputs(options, input, settings, state, options.exposure.empty() ? input.exposure : *exposure, mark);
   if (!options.quiet) {
     const double error = own_relmse(state);
-    fmt::print("{}: {} batches of {} samples in {}, own relMSE {}\n", fmt::join(options.outputs, ", "), state.batches,
-               state.samples, duration(clock.seconds()), error >= 0 ? fmt::format("{:.2g}", error) : "unknown");
+    show("{}: {} batches of {} samples in {}, own relMSE {}\n", fmt::format("{}", fmt::join(options.outputs, ", ")),
+         state.batches, state.samples, duration(clock.seconds()),
+         error >= 0 ? fmt::format("{:.2g}", error) : "unknown");
   }
-  return interrupted() ? exit_interrupted : 0;
+  return interrupted() ? exit_interrupted() : 0;
 }
 
 }  // namespace
@@ -142,7 +143,7 @@ void add_reference(CLI::App& app, Run& run) {
   add_text(*command, "--error", options->error, "E", "stop when the picture's own relMSE is below E; 0: never (0.0001)")
       ->group(well);
   add_text(*command, "--time", options->time, "S",
-           fmt::format("stop after S seconds and {} batches; 0: no limit (0)", least_batches))
+           fmt::format("stop after S seconds, but not before {} batches; 0: no limit (0)", fewest_batches))
       ->group(well);
   add_text(*command, "--seed", options->seed, "N", "another seed, another noise (0)")->group(well);
   command->add_flag("--resume", options->resume, "add to FILE if it's there, made of the same scene")->group(well);
@@ -152,7 +153,9 @@ void add_reference(CLI::App& app, Run& run) {
   command->footer(
       "Shares nothing with 'parian render' but the scene, the camera and the formulas of the dipole: no light map, no\n"
       "layers, and no device. In a scene, [render] says the model only.\n"
-      "Ctrl-C finishes the batch, writes the pictures and exits with 130; --resume goes on from there.\n"
+      "Ctrl-C, SIGTERM and SIGHUP finish the batch, at least the second, write the pictures and exit with 130, 143 "
+      "and\n"
+      "129; a second one ends at once, and one that is ignored from the start stays so. --resume goes on from there.\n"
       "Examples:\n"
       "  parian reference dragon.ply -o truth.exr --size 128x128\n"
       "  parian compare dragon.exr truth.exr");

@@ -3,7 +3,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <memory>
 
 #include "commands.hpp"
@@ -11,6 +10,7 @@
 #include "progress.hpp"
 #include "rendering.hpp"
 #include "statistics.hpp"
+#include "terminal.hpp"
 #include "whole_file.hpp"
 
 namespace parian {
@@ -36,7 +36,7 @@ class Warnings {
       const bool mesh = std::find(of_mesh.begin(), of_mesh.end(), warning) != of_mesh.end();
       const std::string line = mesh ? input_.mesh_file + ": " + warning : warning;
       if (std::find(said_.begin(), said_.end(), line) != said_.end()) continue;
-      fmt::print(stderr, "parian: warning: {}\n", line);
+      parian::say("warning: " + line);
       said_.push_back(line);
     }
   }
@@ -82,7 +82,11 @@ void check_outputs(const RenderOptions& options) {
   if (!options.stats.empty()) check_place(options.stats);
 }
 
-void check_names(const RenderOptions& options, std::size_t cameras) {
+/// All files that are read and written: none may replace another.
+void check_names(const RenderOptions& options, const Input& input) {
+  FileUses files;
+  note_inputs(input, files);
+  const std::size_t cameras = input.scene.cameras.size();
   for (const std::string& output : options.outputs) {
     const Pattern pattern = find_pattern(output);
     if (cameras > 1 && pattern.begin == pattern.end) {
@@ -90,7 +94,13 @@ void check_names(const RenderOptions& options, std::size_t cameras) {
                                                 "name, such as picture_%03d.exr",
                                                 output, cameras));
     }
+    for (std::size_t camera = 0; camera < cameras; ++camera) {
+      const std::string name = options.input.cameras.empty() ? output : numbered(output, camera);
+      check_place(name);
+      files.writes("-o", name);
+    }
   }
+  if (!options.stats.empty()) files.writes("--stats", options.stats);
 }
 
 /// The stopping loop; returns what stopped it.
@@ -153,22 +163,21 @@ Scene take_scene(Input& input) {
 
 void print_input(const Input& input, const DeviceInfo& device) {
   const MeshCounts& counts = input.scene.mesh.counts;
-  fmt::print(stderr, "parian: {} triangles in {} parts, from {} faces; material {}; {} lights; {} cameras\n",
-             counts.triangles, counts.parts, counts.faces_read, input.scene.material.name, input.scene.lights.size(),
-             input.scene.cameras.size());
-  fmt::print(stderr, "parian: device {}: {} ({}), {} lanes\n", device.index, device.name, device.platform,
-             device.vector_width);
-  fmt::print(stderr, "parian: {}\n", describe(input.settings));
+  say(fmt::format("{} triangles in {} parts, from {} faces; material {}; {} lights; {} cameras", counts.triangles,
+                  counts.parts, counts.faces_read, input.scene.material.name, input.scene.lights.size(),
+                  input.scene.cameras.size()));
+  say(fmt::format("device {}: {} ({}), {} lanes", device.index, device.name, device.platform, device.vector_width));
+  say(describe(input.settings));
 }
 
 void print_seconds(const Statistics& done) {
   const Seconds& s = done.seconds;
-  fmt::print(stderr,
-             "parian: seconds: load {:.3f}, plan {:.3f}, compile {:.3f}, light map {:.3f}, layers {:.3f}, pyramids "
-             "{:.3f}, gather {:.3f}, bias {:.3f}, read {:.3f}, total {:.3f}\n",
-             s.load, s.plan, s.compile, s.light_map, s.layers, s.pyramids, s.gather, s.bias, s.read, s.total);
+  say(fmt::format(
+      "seconds: load {:.3f}, plan {:.3f}, compile {:.3f}, light map {:.3f}, layers {:.3f}, pyramids {:.3f}, "
+      "gather {:.3f}, bias {:.3f}, read {:.3f}, total {:.3f}",
+      s.load, s.plan, s.compile, s.light_map, s.layers, s.pyramids, s.gather, s.bias, s.read, s.total));
   if (done.further_view_seconds >= 0)
-    fmt::print(stderr, "parian: seconds for each view after the first: {:.3f}\n", done.further_view_seconds);
+    say(fmt::format("seconds for each view after the first: {:.3f}", done.further_view_seconds));
 }
 
 /// Everything after the input is loaded; fills `done` with what the renderer says and returns the pictures' names.
@@ -196,7 +205,7 @@ int run_render(const RenderOptions& options) {
   }
   check_outputs(options);
   Input input = load_input(options.input.input, overrides);
-  check_names(options, input.scene.cameras.size());
+  check_names(options, input);
   const double loaded = clock.seconds();
   Statistics done;
   std::vector<std::string> written;
@@ -209,8 +218,8 @@ int run_render(const RenderOptions& options) {
     warnings.say(renderer.statistics().warnings);
     if (options.verbose) print_input(input, device);
     if (options.explain || options.dry_run) {
-      for (const std::string& line : renderer.explanation()) fmt::print("{}\n", line);
-      std::fflush(stdout);
+      for (const std::string& line : renderer.explanation()) show("{}\n", line);
+      flush_results();  // before hours of rendering
     }
     written = render_scene(renderer, input, options, options.exposure.empty() ? input.exposure : *exposure, done);
   }
@@ -221,11 +230,11 @@ int run_render(const RenderOptions& options) {
   if (!options.stats.empty()) write_text(options.stats, statistics_json(done, device, input.scene.film));
   if (options.verbose) print_seconds(done);
   if (!options.quiet && !options.dry_run) {
-    fmt::print("{}: {} frames in {}, estimated relMSE {}, stopped by {}\n", fmt::join(written, ", "), done.frames,
-               duration(done.seconds.total),
-               done.estimated_relmse >= 0 ? fmt::format("{:.2g}", done.estimated_relmse) : "unknown", done.stopped_by);
+    show("{}: {} frames in {}, estimated relMSE {}, stopped by {}\n", fmt::format("{}", fmt::join(written, ", ")),
+         done.frames, duration(done.seconds.total),
+         done.estimated_relmse >= 0 ? fmt::format("{:.2g}", done.estimated_relmse) : "unknown", done.stopped_by);
   }
-  return done.stopped_by == "interrupt" ? exit_interrupted : 0;
+  return done.stopped_by == "interrupt" ? exit_interrupted() : 0;
 }
 
 }  // namespace
@@ -247,7 +256,9 @@ void add_render(CLI::App& app, Run& run) {
   command->footer(
       "Defaults are in parentheses. In a scene, [render] takes these names with '_' for '-'.\n"
       "A bare mesh is centred; the default light shines from behind, where translucency shows.\n"
-      "Ctrl-C finishes the frame, writes the pictures and exits with 130; a second one ends at once.\n"
+      "Ctrl-C, SIGTERM and SIGHUP finish the frame, write the pictures and exit with 130, 143 and 129; a second one "
+      "ends\n"
+      "at once, and one that is ignored from the start, as under nohup, stays so.\n"
       "Examples:\n"
       "  parian render dragon.ply -o dragon.png --exposure auto\n"
       "  parian render bust.toml -o bust.exr -o bust.png --material skimmilk --error 1e-4\n"

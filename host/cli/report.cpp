@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
@@ -13,9 +13,11 @@
 
 #include "ascii.hpp"
 #include "commands.hpp"
+#include "interrupt.hpp"
 #include "progress.hpp"
 #include "reference.hpp"
 #include "report.hpp"
+#include "terminal.hpp"
 #include "whole_file.hpp"
 
 namespace parian {
@@ -126,7 +128,7 @@ Image get_reference(const ReportOptions& options, const Scene& scene, Model mode
     const Clock clock;
     render_reference(scene, how, state, [&](std::uint32_t batches, double error) {
       progress.update(batches, error, clock.seconds());
-      return true;
+      return !interrupted();
     });
   }
   name = fmt::format("made by “parian reference {} --model {} --error {} --time {}”: {} batches of {} samples",
@@ -148,6 +150,8 @@ std::string command_line(const ReportOptions& options, const std::string& scene,
   return text + " -o " + quoted(options.output);
 }
 
+constexpr std::array beside_page = {".json", ".csv", ".md"};
+
 /// Files beside the page.
 std::filesystem::path beside(const std::string& page, const char* extension) {
   return std::filesystem::path(page).replace_extension(extension);
@@ -159,25 +163,43 @@ void check_outputs(const ReportOptions& options) {
     throw Error(ErrorKind::usage, fmt::format("-o {}: a report is a page; end its name in .html", options.output));
   }
   check_place(options.output);
-  for (const char* e : {".json", ".csv", ".md"}) check_place(beside(options.output, e));
+  for (const char* e : beside_page) check_place(beside(options.output, e));
+}
+
+/// All files that are read and written: none may replace another.
+void check_names(const ReportOptions& options, const Input& input) {
+  FileUses files;
+  note_inputs(input, files);
+  if (!options.reference.empty()) files.reads("--reference", options.reference);
+  files.writes("-o", options.output);
+  for (const char* e : beside_page) files.writes(fmt::format("the report's {}", e), beside(options.output, e));
 }
 
 int run_report(const ReportOptions& options) {
   const Overrides overrides = options.input.overrides();
   check_outputs(options);
   Input input = load_input(options.input.input, overrides);
-  const ReportSettings how = report_settings(options, overrides, input.settings);
+  check_names(options, input);
+  ReportSettings how = report_settings(options, overrides, input.settings);
+  how.stop = interrupted;
   if (!overrides.film) input.scene.film = small_film(input.scene.film);
   const std::string selector = options.input.device_selector(input.device);
   std::string reference_name;
+  listen_for_interrupt();
   const Image reference = get_reference(options, input.scene, input.settings.model, reference_name);
   if (overrides.film && *overrides.film != glm::uvec2(reference.width, reference.height)) {
     throw Error(ErrorKind::usage, fmt::format("--size: {} has {}x{} pixels; leave --size out, or give the same",
                                               options.reference, reference.width, reference.height));
   }
   Report report = measure(input.scene, input.settings, selector, reference, how, [&](const std::string& line) {
-    if (!options.quiet) fmt::print(stderr, "parian: {}\n", line);
+    if (!options.quiet) say(line);
   });
+  if (report.seeds == 0) {
+    say("interrupted before every configuration had run once: nothing is written; give it more time");
+    return exit_interrupted();
+  }
+  const bool whole = report.seeds == how.seeds;
+  how.seeds = report.seeds;
   const std::string scene =
       scene_arguments(options.input, size_text({reference.width, reference.height})) + setting_arguments(options.input);
   report.input = std::filesystem::path(options.input.input).filename().string();
@@ -192,9 +214,8 @@ int run_report(const ReportOptions& options) {
   write_text(beside(options.output, ".csv"), report_csv(report));
   write_text(beside(options.output, ".md"), report_markdown(report));
   write_text(options.output, report_html(report));
-  if (!options.quiet)
-    fmt::print("{}: {} runs in {}\n", options.output, report.runs.size(), duration(report.total_seconds));
-  return 0;
+  if (!options.quiet) show("{}: {} runs in {}\n", options.output, report.runs.size(), duration(report.total_seconds));
+  return whole ? 0 : exit_interrupted();
 }
 
 }  // namespace
@@ -225,6 +246,9 @@ void add_report(CLI::App& app, Run& run) {
   command->footer(
       "Every configuration is rendered with every seed: the poster's uniform disc, exponential radii and Parian's\n"
       "default, each with and without pyramids; then half and twice the layers, their size, and the light maps' size.\n"
+      "Ctrl-C, SIGTERM and SIGHUP finish the run under way, write what was measured with whole seeds, or nothing "
+      "before\n"
+      "there is one, and exit with 130, 143 and 129; a second one ends at once.\n"
       "Example:\n"
       "  parian reference bust.toml --size 128x128 -o reference.exr\n"
       "  parian report bust.toml --reference reference.exr -o report.html");
