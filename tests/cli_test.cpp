@@ -1,51 +1,15 @@
 // The command line as a user meets it: exit codes, one line per mistake, help and lists.
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-
-#include <algorithm>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "scratch.hpp"
+#include "test_command.hpp"
 
 namespace parian {
 namespace {
 
+using test::Outcome;
 using test::read_bytes;
-using test::Scratch;
 
-struct Outcome {
-  int code = -1;
-  std::string out, err;
-};
-
-class CliTest : public testing::Test {
- protected:
-  CliTest() { scratch_.write("tet.obj", test::tetrahedron); }
-
-  /// Runs the tool in the scratch folder; `arguments` go through the shell.
-  Outcome run(const std::string& arguments, const std::string& before = "") {
-    const std::string command = "cd '" + scratch_.folder().string() + "' && " + before + " '" PARIAN_BINARY "' " +
-                                arguments + " >out.txt 2>err.txt </dev/null";
-    const int status = std::system(command.c_str());
-    Outcome outcome;
-    if (WIFEXITED(status)) outcome.code = WEXITSTATUS(status);
-    outcome.out = read_bytes(scratch_ / "out.txt");
-    outcome.err = read_bytes(scratch_ / "err.txt");
-    return outcome;
-  }
-
-  void expect_error(const std::string& arguments, int code, const std::string& says) {
-    const Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.code, code) << arguments << '\n' << outcome.err;
-    EXPECT_TRUE(outcome.err.starts_with("parian: ")) << arguments << '\n' << outcome.err;
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << arguments << '\n' << outcome.err;
-    EXPECT_NE(outcome.err.find(says), std::string::npos) << arguments << '\n' << outcome.err;
-    EXPECT_EQ(outcome.out, "") << arguments;
-  }
-
-  Scratch scratch_;
-};
+class CliTest : public test::CommandTest {};
 
 TEST_F(CliTest, HelpAndVersion) {
   EXPECT_EQ(run("--help").code, 0);
@@ -137,7 +101,6 @@ TEST_F(CliTest, BadOutputIs5BeforeAnythingIsRead) {
   expect_error("render none.obj -o /dev/full", 5, "/dev/full");
   expect_error("render none.obj -o a.exr --stats none/s.json", 5, "create it first");
   expect_error("render none.obj -o a.exr -o b.xyz", 5, "b.xyz");
-  EXPECT_EQ(run("--help >/dev/full 2>err.txt #").code, 5);
 }
 
 TEST_F(CliTest, ListsMaterials) {
@@ -177,7 +140,7 @@ TEST_F(CliTest, ListsDevices) {
   EXPECT_NE(table.out.find("self-test passed"), std::string::npos) << table.out;
 }
 
-const std::string small = "render '" PARIAN_MESHES "/torus.ply' --size 40x40 --layers 6 --layer-size 48 ";
+const std::string small = test::small_render;
 
 TEST_F(CliTest, StatisticsHaveAllTheirKeys) {
   ASSERT_EQ(run(small + "--frames 2 -o a.exr -o a.png --stats s.json --quiet").code, 0);
@@ -295,16 +258,6 @@ TEST_F(CliTest, ExplainsThePlanWithoutRendering) {
   expect_error(small + "--dry-run --keep nonsense", 2, "choose all or one of");
 }
 
-TEST_F(CliTest, AnInterruptedRenderWritesWhatItHas) {
-  // timeout interrupts the renderer after its first frames, whose kernels other tests have compiled, and exits with
-  // 124, as it does whenever it had to.
-  const Outcome outcome =
-      run(small + "--error 0 --frames 100000000 -o b.exr --quiet", "timeout --foreground --signal=INT 4");
-  EXPECT_EQ(outcome.code, 124) << outcome.err;
-  EXPECT_FALSE(read_bytes(scratch_ / "b.exr").empty());
-}
-
-}  // namespace
 TEST_F(CliTest, ReferenceWritesContinuesAndIsCompared) {
   const std::string options = "tet.obj --size 12x12 --error 1e6 --quiet ";
   ASSERT_EQ(run("reference " + options + "-o a.exr -o a.png").code, 0);
@@ -362,4 +315,5 @@ TEST_F(CliTest, ReferenceRefusesWhatItCantUse) {
   expect_error("reference tet.obj -o other.exr --resume", 3, "other.exr");
 }
 
+}  // namespace
 }  // namespace parian

@@ -12,9 +12,11 @@
 #include "error.hpp"
 #include "image_file.hpp"
 #include "plot.hpp"
+#include "reference.hpp"
 #include "report.hpp"
 #include "report_pictures.hpp"
 #include "scratch.hpp"
+#include "test_render.hpp"
 
 namespace parian {
 namespace {
@@ -265,6 +267,33 @@ TEST(Report, CsvHasARowPerRunAndCheckpoint) {
   const std::string csv = report_csv(report);
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 5 * 8 * 5);
   EXPECT_NE(csv.find("\"poster’s disc, no pyramids\",--option,0,1,"), std::string::npos) << csv.substr(0, 400);
+}
+
+TEST(Report, ToldToStopItKeepsWholeSeeds) {
+  const Scene scene = test::bare_scene(test::model("sphere"), find_material("skimmilk"), {16, 12});
+  ReferenceSettings well;
+  well.target = 0.1;
+  ReferenceState state;
+  render_reference(scene, well, state);
+  Settings settings;
+  settings.layers = 2;
+  settings.layer_size = settings.light_map_size = 32;
+  settings.samples = 2;
+  ReportSettings how;
+  how.seeds = 3;
+  how.frames = how.sweep_frames = 1;
+  int asked = 0;
+  const auto stopped_after = [&](int times) {
+    asked = 0;
+    how.stop = [&asked, times] { return asked++ >= times; };
+    return measure(scene, settings, test_selector(), reference_image(state), how);
+  };
+  EXPECT_EQ(stopped_after(0).seeds, 0U);
+  // Asked before each limit, after them and before each run, of 12 configurations: in the middle of the second seed.
+  const Report report = stopped_after(12 + 1 + 12 + 5);
+  EXPECT_EQ(report.seeds, 1U);
+  EXPECT_EQ(report.runs.size(), 12U);
+  EXPECT_EQ(xml_problem(without_style(report_html(report))), "");
 }
 
 TEST(Report, FromEndToEnd) {

@@ -94,7 +94,10 @@ int run_reference(const ReferenceOptions& options) {
   const Input input = load_input(options.input.input, options.input.overrides());
   FileUses files;
   note_inputs(input, files);
-  for (const std::string& output : options.outputs) files.writes("-o", output);
+  for (const std::string& output : options.outputs) {
+    check_output(output, input.scene.film);
+    files.writes("-o", output);
+  }
   settings.model = input.settings.model;
   const std::uint32_t pixels = input.scene.film.x * input.scene.film.y;
   settings.samples = std::clamp(rays_per_batch / pixels, 1U, settings.samples);  // no batch of a large film takes hours

@@ -96,7 +96,7 @@ void check_names(const RenderOptions& options, const Input& input) {
     }
     for (std::size_t camera = 0; camera < cameras; ++camera) {
       const std::string name = options.input.cameras.empty() ? output : numbered(output, camera);
-      check_place(name);
+      check_output(name, input.scene.film);
       files.writes("-o", name);
     }
   }

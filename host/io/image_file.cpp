@@ -58,9 +58,9 @@ double automatic_stops(const Image& image) {
   return std::clamp(std::log2(bright / percentile), -largest_stops, largest_stops);
 }
 
-void check_output(const std::filesystem::path& path) {
+void check_output(const std::filesystem::path& path, glm::uvec2 film) {
   const std::string extension = path.extension().string();
-  if (extension != ".exr" && extension != ".png") picture_functions().check_format(path);
+  if (extension != ".exr" && extension != ".png") picture_functions().check_format(path, film);
   check_place(path);
 }
 
@@ -70,7 +70,7 @@ std::vector<std::uint8_t> png_bytes(const Image& image, double stops) {
 
 void write_image(const std::filesystem::path& path, const Image& image, const PictureNotes& notes,
                  const Exposure& exposure) {
-  check_output(path);
+  check_output(path, {image.width, image.height});
   picture_functions().write(path, image, notes, exposure);
 }
 

@@ -37,13 +37,15 @@ struct PictureNotes {
   std::map<std::string, std::string> other{};  ///< more of them, by name without the leading "parian:"
 };
 
-/// Throws Error(output) when write_image would fail for sure: unknown extension, no such folder.
-void check_output(const std::filesystem::path& path);
+/// Throws Error(output) when write_image would fail for sure: unknown extension, no such folder, or a film (if it is
+/// known: above 0) that is too large for the format.
+void check_output(const std::filesystem::path& path, glm::uvec2 film = {0, 0});
 
 /// A PNG as write_image writes it, without notes. Throws Error(output).
 [[nodiscard]] std::vector<std::uint8_t> png_bytes(const Image& image, double stops);
 
-/// Writes a linear premultiplied image as the extension says, whole or not at all. Throws Error(output).
+/// Writes a linear premultiplied image as the extension says, whole or not at all: it is read back before it takes its
+/// place. Throws Error(output).
 /// `.exr` and other formats of floats: linear, premultiplied, and in `.exr` channels stderr.R, .G and .B if the
 /// standard error is known. Formats of bytes: sRGB curve of 2^stops times the radiance, clipped, alpha unassociated.
 /// Formats without alpha: RGB over black.

@@ -16,6 +16,7 @@
 
 #include "embedded.hpp"
 #include "error.hpp"
+#include "picture_formats.hpp"
 #include "whole_file.hpp"
 
 namespace parian::pictures {
@@ -86,7 +87,8 @@ std::unique_ptr<OIIO::ImageOutput> writer_for(const std::filesystem::path& path)
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
   auto output = extension == "null" || extension == "term" ? nullptr : OIIO::ImageOutput::create(extension);
   (void)OIIO::geterror();  // OpenImageIO keeps the message until it's asked for
-  if (!output) fail(path, fmt::format("'.{}' is no picture format that can be written", extension), "use .exr or .png");
+  if (!output || !format_of(*output))
+    fail(path, fmt::format("'.{}' is no picture format that can be written", extension), "use .exr or .png");
   return output;
 }
 
@@ -170,34 +172,13 @@ OIIO::ImageSpec spec_for(const Image& image, int channels, OIIO::TypeDesc type, 
   return spec;
 }
 
-/// Whether a format, by OpenImageIO's name, holds floats.
-bool holds_floats(const OIIO::ImageOutput& output) {
-  for (const char* name : {"openexr", "tiff", "hdr", "fits", "rla"}) {
-    if (std::string_view(output.format_name()) == name) return true;
-  }
-  return false;
-}
-
-/// Reads the last row back, for formats whose writers keep quiet about a full disk.
-void check_written(const std::filesystem::path& file, const std::filesystem::path& path, const Image& image) {
-  const auto input = OIIO::ImageInput::open(file.string());
-  bool whole = input && input->spec().width == static_cast<int>(image.width) &&
-               input->spec().height == static_cast<int>(image.height);
-  if (whole) {
-    const OIIO::ImageSpec& spec = input->spec();
-    std::vector<float> row(static_cast<std::size_t>(spec.width) * spec.nchannels);
-    const int last = spec.y + spec.height - 1;
-    whole = spec.tile_width
-                ? true
-                : input->read_scanlines(0, 0, last, last + 1, 0, 0, spec.nchannels, OIIO::TypeFloat, row.data());
-  }
-  (void)OIIO::geterror();
-  if (!whole) fail(path, "could not be written in full", "free some space or choose another folder");
-}
-
 }  // namespace
 
-void check_format(const std::filesystem::path& path) { (void)writer_for(path); }
+void check_format(const std::filesystem::path& path, glm::uvec2 film) {
+  const int largest = format_of(*writer_for(path))->largest_side;
+  if (std::max(film.x, film.y) > static_cast<std::uint32_t>(largest))
+    fail(path, fmt::format("this format has at most {0} x {0} pixels", largest), "use .exr or .png");
+}
 
 std::vector<std::uint8_t> png_bytes(const Image& image, double stops) {
   constexpr int channels = 4;
@@ -221,10 +202,10 @@ void write(const std::filesystem::path& path, const Image& image, const PictureN
   std::unique_ptr<PatientFile> patient;  // outlives the writer, which closes itself when something throws
   const auto output = writer_for(path);
   const double stops = exposure.automatic ? automatic_stops(image) : exposure.stops;
-  const bool floats = holds_floats(*output);
+  const Format& format = *format_of(*output);
   const bool errors = std::string_view(output->format_name()) == "openexr" && !image.standard_error.empty();
   const int channels = errors ? 7 : output->supports("alpha") ? 4 : 3;
-  OIIO::ImageSpec spec = spec_for(image, channels, floats ? OIIO::TypeFloat : OIIO::TypeUInt8, notes, stops);
+  OIIO::ImageSpec spec = spec_for(image, channels, format.floats ? OIIO::TypeFloat : OIIO::TypeUInt8, notes, stops);
   if (errors) spec.channelnames = {"R", "G", "B", "A", "stderr.R", "stderr.G", "stderr.B"};
   if (errors) spec.alpha_channel = 3;
   if (output->supports("ioproxy")) {
@@ -234,14 +215,13 @@ void write(const std::filesystem::path& path, const Image& image, const PictureN
   if (!output->open(file.temporary().string(), spec)) {
     fail(path, "could not be opened: " + output->geterror(), "choose another name or format");
   }
-  bool written = false;
-  if (floats) {
-    const std::vector<float> values = channels == 4 ? std::vector<float>() : interleaved(image, channels);
-    written = output->write_image(OIIO::TypeFloat, channels == 4 ? image.rgba.data() : values.data());
-  } else {
-    const std::vector<std::uint8_t> bytes = tone_mapped(image, channels, stops);
-    written = output->write_image(OIIO::TypeUInt8, bytes.data());
-  }
+  const std::vector<float> others =
+      format.floats && channels != 4 ? interleaved(image, channels) : std::vector<float>();
+  const std::vector<std::uint8_t> bytes =
+      format.floats ? std::vector<std::uint8_t>() : tone_mapped(image, channels, stops);
+  const float* floats = channels == 4 ? image.rgba.data() : others.data();
+  const void* values = format.floats ? static_cast<const void*>(floats) : bytes.data();
+  const bool written = output->write_image(format.floats ? OIIO::TypeFloat : OIIO::TypeUInt8, values);
   const std::string why = written ? std::string() : output->geterror();
   if (!output->close() || !written) {
     fail(path, "could not be written: " + (why.empty() ? output->geterror() : why),
@@ -251,7 +231,8 @@ void write(const std::filesystem::path& path, const Image& image, const PictureN
     fail(path, fmt::format("could not be written: {}", std::strerror(patient->failure())),
          "free some space or choose another folder");
   }
-  if (!patient) check_written(file.temporary(), path, image);
+  if (!holds(file.temporary(), format, spec, values))
+    fail(path, "could not be written in full", "free some space, choose another folder, or use .exr or .png");
   file.commit();
 }
 

@@ -6,7 +6,7 @@
 namespace parian::pictures {
 
 /// As check_output, of the format alone.
-void check_format(const std::filesystem::path& path);
+void check_format(const std::filesystem::path& path, glm::uvec2 film);
 /// As those of image_file.hpp.
 [[nodiscard]] std::vector<std::uint8_t> png_bytes(const Image& image, double stops);
 void write(const std::filesystem::path& path, const Image& image, const PictureNotes& notes, const Exposure& exposure);
