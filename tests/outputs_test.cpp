@@ -1,4 +1,5 @@
 // Where outputs go: over nothing that is read or written already, through links, and under names that can be had.
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <climits>
@@ -86,25 +87,27 @@ TEST_F(OutputsTest, ALinkIsWrittenThrough) {
 TEST_F(OutputsTest, NamesThatAreTooLongFailFirst) {
   const auto longest = static_cast<std::size_t>(pathconf(scratch_.folder().c_str(), _PC_NAME_MAX));
   const std::string name(longest - 4, 'n');
-  expect_error("render none.obj -o " + name + "n.exr", 5, "too long");
-  expect_error("render none.obj -o a.exr --stats " + name + "n.jsn", 5, "too long");
-  expect_error("reference none.obj -o " + name + "n.exr", 5, "too long");
-  expect_error("report none.obj -o " + name + ".html", 5, "too long");
-  expect_error("render tet.obj -o v" + name.substr(2) + "%d.exr --cameras ten.toml", 3, "ten.toml");
+  expect_error(fmt::format("render none.obj -o {}n.exr", name), 5, "too long");
+  expect_error(fmt::format("render none.obj -o a.exr --stats {}n.jsn", name), 5, "too long");
+  expect_error(fmt::format("reference none.obj -o {}n.exr", name), 5, "too long");
+  expect_error(fmt::format("report none.obj -o {}.html", name), 5, "too long");
+  expect_error(fmt::format("render tet.obj -o v{}%d.exr --cameras ten.toml", name.substr(2)), 3, "ten.toml");
   std::string eleven;
   for (int i = 0; i < 11; ++i) eleven += "[[camera]]\n";
   scratch_.write("ten.toml", eleven);
-  expect_error("render tet.obj -o v" + name.substr(2) + "%d.exr --cameras ten.toml", 5, "too long");  // the last only
+  expect_error(fmt::format("render tet.obj -o v{}%d.exr --cameras ten.toml", name.substr(2)), 5,
+               "too long");  // the last only
   std::string folder = scratch_.folder().string();
   constexpr std::size_t longest_folder = PATH_MAX - 12;
   while (folder.size() < longest_folder) {
     const std::size_t left = longest_folder - folder.size() - 1;
-    folder += "/" + std::string(left > 202 ? 200 : left, 'f');
+    folder += '/';
+    folder.append(left > 202 ? 200 : left, 'f');
     std::filesystem::create_directory(folder);
   }
   EXPECT_THROW(check_place(folder + "/d.exr"), Error);  // fits, but what is written beside it first doesn't
   // What fits is written, however its letters are divided.
-  for (const std::string& whole : {name + ".exr", "n." + name + "nn"}) {
+  for (const std::string& whole : {fmt::format("{}.exr", name), fmt::format("n.{}nn", name)}) {
     write_text(scratch_ / whole, "text");
     EXPECT_EQ(read_bytes(scratch_ / whole), "text");
   }

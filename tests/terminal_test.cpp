@@ -25,7 +25,8 @@ TEST_F(TerminalTest, LostResultsAre5InOneLine) {
         std::string("materials --json"), std::string("devices"), std::string("devices --json"),
         std::string("compare a.exr a.exr"), std::string("compare a.exr a.exr --json"),
         std::string("reference tet.obj --size 8x8 --error 1e6 -o b.exr"), render + "--dry-run",
-        render + "--explain -o c.exr", render + "--frames 1 -o d.exr", "bench" + render.substr(6) + "--json"})
+        render + "--explain -o c.exr", render + "--frames 1 -o d.exr",
+        fmt::format("bench {} --json", render.substr(7))})
     for (const char* lost : {">/dev/full", ">&-"})
       expect_one_line(run_shell("'" PARIAN_BINARY "' " + arguments + " " + lost + " 2>err.txt </dev/null"), 5,
                       "standard output", arguments + lost);
@@ -66,7 +67,7 @@ void expect_harmless(const Outcome& outcome, const std::string& of) {
 
 TEST_F(TerminalTest, NamesOfOthersAreHarmless) {
   // Of a material, in TOML's notation, that absorbs so much that there is a warning of it.
-  for (const std::string& name : {R"(x\ny)", R"(\u001b[31mred)", R"(\u009b2J)", R"(\u202eder)", R"(\u007f\u0007\r)"}) {
+  for (const char* name : {R"(x\ny)", R"(\u001b[31mred)", R"(\u009b2J)", R"(\u202eder)", R"(\u007f\u0007\r)"}) {
     scratch_.write("s.toml", fmt::format("[[object]]\nmesh = \"tet.obj\"\nmaterial = \"{0}\"\n[material.\"{0}\"]\n"
                                          "sigma_s = [1, 1, 1]\nsigma_a = [20, 1, 1]\n[film]\nsize = [8, 8]\n",
                                          name));

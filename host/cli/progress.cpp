@@ -78,7 +78,8 @@ void Progress::update(std::uint32_t frames, double error, double seconds) {
   const std::string estimate = error >= 0 ? fmt::format("{:.2g}", error) : std::string("?");
   if (terminal_) {
     const std::string text = fmt::format("{} {}  estimated relMSE {}  {} left", unit_, frames, estimate, left);
-    std::fputs(("\r" + fitted_row(share, printable(text), terminal_columns()) + "\033[K").c_str(), stderr);
+    const std::string row = fitted_row(share, printable(text), terminal_columns());
+    std::fputs(fmt::format("\r{}\033[K", row).c_str(), stderr);
     std::fflush(stderr);
     drawn_ = true;
   } else {

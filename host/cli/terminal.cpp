@@ -63,7 +63,7 @@ std::string printable(std::string_view text) {
 }
 
 void say(std::string_view line) {
-  const std::string text = "parian: " + printable(in_command_words(std::string(line))) + "\n";
+  const std::string text = fmt::format("parian: {}\n", printable(in_command_words(std::string(line))));
   (void)std::fwrite(text.data(), 1, text.size(), stderr);
 }
 

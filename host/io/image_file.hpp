@@ -38,7 +38,7 @@ struct PictureNotes {
 };
 
 /// Throws Error(output) when write_image would fail for sure: unknown extension, no such folder, or a film (if it is
-/// known: above 0) that is too large for the format.
+/// known: above 0) that the format can't have.
 void check_output(const std::filesystem::path& path, glm::uvec2 film = {0, 0});
 
 /// A PNG as write_image writes it, without notes. Throws Error(output).

@@ -22,6 +22,7 @@ namespace {
 constexpr std::uint32_t least_entries = 4;  // per light and point of exit
 constexpr float covered = 0.999F;           // alpha from which a pixel counts for its own relMSE
 constexpr std::uint32_t pilot_rays = 256;   // that find out whether a pixel straddles an edge
+constexpr std::uint32_t hasty_rays = 16;    // likewise, at least, where time is short
 constexpr std::uint32_t at_edges = 8;       // times as many camera rays in pixels that do
 
 kernels::real3 to_real3(glm::dvec3 v) { return {v.x, v.y, v.z}; }
@@ -76,14 +77,15 @@ class Transport {
     return sum / double(samples);
   }
 
-  /// Whether a pixel sees an edge of the object or a sudden step in depth or slope. Dark in front of bright differs a
-  /// hundredfold: rays that miss a sliver of the bright side make the pixel too dark and its standard error too small.
-  [[nodiscard]] bool straddles(std::uint32_t x, std::uint32_t y) const {
+  /// Whether so many rays through a pixel find an edge of the object or a sudden step in depth or slope. Dark in front
+  /// of bright differs a hundredfold: rays that miss a sliver of the bright side make the pixel too dark and its
+  /// standard error too small.
+  [[nodiscard]] bool straddles(std::uint32_t x, std::uint32_t y, std::uint32_t rays) const {
     const glm::dvec3 eye = exact(view_.origin), back = exact(view_.back);
     glm::dvec3 normal(0.0);
     double nearest = INFINITY, farthest = 0;
     std::uint32_t hits = 0;
-    for (std::uint32_t i = 0; i < pilot_rays; ++i) {
+    for (std::uint32_t i = 0; i < rays; ++i) {
       const CameraRay ray = camera_ray(film_position(x, y, i, glm::dvec2(0.5)));
       const auto place = surface_.first_hit(eye, ray.direction, ray.from);
       if (!place) continue;
@@ -95,7 +97,7 @@ class Transport {
       farthest = std::max(farthest, depth);
     }
     if (hits == 0) return false;
-    return hits < pilot_rays || farthest - nearest > 4.0 * nearest / double{view_.scale};
+    return hits < rays || farthest - nearest > 4.0 * nearest / double{view_.scale};
   }
 
  private:
@@ -183,6 +185,79 @@ class Transport {
   std::uint32_t entries_per_light_ = 0;
 };
 
+/// A film's pixels, rendered in parallel, and the wall seconds since the start.
+class Film {
+ public:
+  Film(const Scene& scene, const ReferenceSettings& settings)
+      : transport_(scene, settings),
+        settings_(settings),
+        width_(scene.film.x),
+        samples_(std::size_t{scene.film.x} * scene.film.y),
+        values_(samples_.size()) {}
+
+  /// Whether `share` of the time there is, if it is limited, has passed.
+  [[nodiscard]] bool passed(double share) const {
+    return settings_.time > 0 &&
+           std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count() >= share * settings_.time;
+  }
+
+  /// Chooses each pixel's camera rays in a batch. Where time is limited a quarter of it may go into a thorough search
+  /// for edges, and a new state gets as many rays as let least_batches of them fit, up to `most`. Returns the rays of
+  /// pixels that see no edge.
+  std::uint32_t choose_samples(std::uint32_t most, bool fixed) {
+    std::fill(samples_.begin(), samples_.end(), 1U);
+    if (settings_.time > 0) find_edges(hasty_rays);
+    find_edges(pilot_rays);
+    if (settings_.time > 0 && !fixed) {
+      constexpr std::size_t part = 64;  // of the film, for a first measure of a batch of single rays
+      const auto before = std::chrono::steady_clock::now();
+      in_parallel(values_.size() / part, settings_.threads, [&](std::size_t i) { render(part * i, 0); });
+      const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+      const double fit = settings_.time / (std::max(seconds, 1e-9) * part * least_batches);
+      most = fit < most ? std::max(1U, static_cast<std::uint32_t>(fit)) : most;
+    }
+    for (std::uint32_t& samples : samples_) samples *= most;
+    return most;
+  }
+
+  /// Renders all pixels; false if the time there is ended it before.
+  bool render_batch(std::uint32_t number, bool in_any_case) {
+    constexpr std::size_t chunk = 32;  // pixels that a thread takes at once
+    std::atomic<bool> whole{true};
+    in_parallel((values_.size() + chunk - 1) / chunk, settings_.threads, [&](std::size_t k) {
+      if (!in_any_case && (!whole || passed(1))) {
+        whole = false;
+        return;
+      }
+      for (std::size_t i = k * chunk; i < std::min(values_.size(), (k + 1) * chunk); ++i) render(i, number);
+    });
+    return whole;
+  }
+  [[nodiscard]] const std::vector<glm::dvec4>& values() const { return values_; }
+
+ private:
+  [[nodiscard]] std::uint32_t column(std::size_t i) const { return static_cast<std::uint32_t>(i % width_); }
+  [[nodiscard]] std::uint32_t row(std::size_t i) const { return static_cast<std::uint32_t>(i / width_); }
+
+  void find_edges(std::uint32_t rays) {
+    in_parallel(samples_.size(), settings_.threads, [&](std::size_t i) {
+      if (samples_[i] > 1 || (rays > hasty_rays && passed(0.25))) return;
+      if (transport_.straddles(column(i), row(i), rays)) samples_[i] = at_edges;
+    });
+  }
+  void render(std::size_t i, std::uint32_t batch) {
+    RandomStream random(settings_.seed, batch, i);
+    values_[i] = transport_.pixel(column(i), row(i), samples_[i], random);
+  }
+
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();  // before all else
+  Transport transport_;
+  const ReferenceSettings& settings_;
+  std::uint32_t width_;
+  std::vector<std::uint32_t> samples_;
+  std::vector<glm::dvec4> values_;
+};
+
 /// Adds one batch to the running mean and sum of squares (Welford).
 void add_batch(const std::vector<glm::dvec4>& batch, ReferenceState& state) {
   ++state.batches;
@@ -221,48 +296,28 @@ double own_relmse(const ReferenceState& state) {
 void render_reference(const Scene& scene, const ReferenceSettings& settings, ReferenceState& state,
                       const std::function<bool(std::uint32_t, double)>& progress) {
   validate(scene.material, "material");
-  const Transport transport(scene, settings);
+  Film film(scene, settings);
   const std::size_t pixels = std::size_t{scene.film.x} * scene.film.y;
+  const std::uint32_t samples =
+      film.choose_samples(state.batches == 0 ? settings.samples : state.samples, state.batches > 0);
   if (state.batches == 0) {
     state = {scene.film.x,
              scene.film.y,
              0,
-             settings.samples,
+             samples,
              std::vector<double>(4 * pixels, 0.0),
              std::vector<double>(3 * pixels, 0.0)};
   }
-  const auto start = std::chrono::steady_clock::now();
-  bool asked = false;
-  const auto in_time = [&] {  // may be asked by any thread
-    if (state.batches < fewest_batches) return true;
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return !asked && (settings.time <= 0 || seconds < settings.time);
+  bool asked = false;  // to stop
+  const auto done = [&] {
+    if (state.batches < fewest_batches) return false;
+    if (asked || film.passed(1)) return true;
+    // The error is unknown where nothing is covered fully: then the least batches do.
+    return state.batches >= least_batches && own_relmse(state) < settings.target;
   };
-  const auto done = [&] {  // the error is unknown where nothing is covered fully: then the least batches do
-    return !in_time() || (state.batches >= least_batches && own_relmse(state) < settings.target);
-  };
-  const auto column = [&](std::size_t i) { return static_cast<std::uint32_t>(i % scene.film.x); };
-  const auto row = [&](std::size_t i) { return static_cast<std::uint32_t>(i / scene.film.x); };
-  std::vector<std::uint32_t> samples(pixels, state.samples);
-  in_parallel(pixels, settings.threads, [&](std::size_t i) {
-    if (transport.straddles(column(i), row(i))) samples[i] *= at_edges;
-  });
-  std::vector<glm::dvec4> batch(pixels);
-  constexpr std::size_t chunk = 32;  // pixels that a thread takes at once
   while (!done()) {
-    std::atomic<bool> whole{true};
-    in_parallel((pixels + chunk - 1) / chunk, settings.threads, [&](std::size_t k) {
-      if (!whole || !in_time()) {
-        whole = false;
-        return;
-      }
-      for (std::size_t i = k * chunk; i < std::min(pixels, (k + 1) * chunk); ++i) {
-        RandomStream random(settings.seed, state.batches, i);
-        batch[i] = transport.pixel(column(i), row(i), samples[i], random);
-      }
-    });
-    if (!whole) return;
-    add_batch(batch, state);
+    if (!film.render_batch(state.batches, state.batches < fewest_batches)) return;
+    add_batch(film.values(), state);
     asked = progress && !progress(state.batches, own_relmse(state));
   }
 }

@@ -15,7 +15,7 @@ struct ReferenceSettings {
   double target = 1e-4;  ///< stop when the picture's own relMSE is below it; 0: never
   double time = 0.0;     ///< wall seconds after which it stops too, once there are two batches; 0: no limit
   std::uint64_t seed = 0;
-  std::uint32_t samples = 8;   ///< camera rays per pixel in each batch, for a new state
+  std::uint32_t samples = 8;   ///< camera rays per pixel in each batch, for a new state; fewer where time is short
   std::uint32_t entries = 16;  ///< places of entry per camera ray, divided between the lights, at least four each
   std::uint32_t threads = 0;   ///< 0: all processors
 };

@@ -2,6 +2,7 @@
 #pragma once
 #include <OpenImageIO/imageio.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <string_view>
 
@@ -14,12 +15,13 @@ enum class Keeps {
   roughly,        ///< lossy
 };
 
-/// A format whose writer tells of every failure, or whose files show it.
+/// A format that can be trusted: its writer fails without a word on standard error, and its files show if they are
+/// whole.
 struct Format {
   std::string_view name;  ///< OpenImageIO's
   bool floats;            ///< else bytes
   Keeps keeps;
-  int largest_side = 65535;  ///< pixels
+  std::uint32_t least_side = 1, largest_side = 65500;  ///< pixels
 };
 
 /// The format that a writer has, or null: what isn't known isn't written.

@@ -175,9 +175,12 @@ OIIO::ImageSpec spec_for(const Image& image, int channels, OIIO::TypeDesc type, 
 }  // namespace
 
 void check_format(const std::filesystem::path& path, glm::uvec2 film) {
-  const int largest = format_of(*writer_for(path))->largest_side;
-  if (std::max(film.x, film.y) > static_cast<std::uint32_t>(largest))
-    fail(path, fmt::format("this format has at most {0} x {0} pixels", largest), "use .exr or .png");
+  const Format& format = *format_of(*writer_for(path));
+  if (film == glm::uvec2(0)) return;
+  if (std::max(film.x, film.y) > format.largest_side)
+    fail(path, fmt::format("this format has at most {0} x {0} pixels", format.largest_side), "use .exr or .png");
+  if (std::min(film.x, film.y) < format.least_side)
+    fail(path, fmt::format("this format has at least {0} x {0} pixels", format.least_side), "use .exr or .png");
 }
 
 std::vector<std::uint8_t> png_bytes(const Image& image, double stops) {
