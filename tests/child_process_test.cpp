@@ -2,8 +2,11 @@
 #include "child_process.hpp"
 
 #include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
 #include <cstdlib>
 #include <stdexcept>
@@ -37,6 +40,29 @@ TEST(ChildProcess, TellsUntilItEndsHoweverItDoes) {
   });
   EXPECT_EQ(outcome.told, "before");
   EXPECT_EQ(outcome.trouble, "no answer within 0.2 s");
+}
+
+TEST(ChildProcess, EndsWithItsParent) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  const pid_t parent = fork();
+  if (parent == 0) {
+    close(ends[0]);
+    (void)in_child_process(600, [&](const auto&) {
+      if (write(ends[1], "!", 1) == 1)
+        for (;;) pause();
+    });
+    _exit(0);
+  }
+  close(ends[1]);
+  char byte = 0;
+  EXPECT_EQ(read(ends[0], &byte, 1), 1);
+  kill(parent, SIGTERM);
+  waitpid(parent, nullptr, 0);
+  pollfd waited{ends[0], POLLIN, 0};
+  EXPECT_EQ(poll(&waited, 1, 60'000), 1) << "the child lives on";
+  EXPECT_EQ(read(ends[0], &byte, 1), 0);  // nobody has the other end any more
+  close(ends[0]);
 }
 
 }  // namespace

@@ -16,6 +16,10 @@
 
 #include "error.hpp"
 
+#ifdef __linux__
+#include <sys/prctl.h>
+#endif
+
 namespace parian {
 namespace {
 
@@ -45,6 +49,14 @@ bool read_whole(int file, double seconds, std::string& text) {
   }
 }
 
+/// Has this process killed when its parent ends, where the system can do that.
+void end_with([[maybe_unused]] pid_t parent) {
+#ifdef __linux__
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(1);  // it has ended already
+#endif
+}
+
 }  // namespace
 
 ChildOutcome in_child_process(double seconds,
@@ -52,9 +64,10 @@ ChildOutcome in_child_process(double seconds,
   std::array<int, 2> ends{};
   if (pipe(ends.data()) != 0) throw Error(ErrorKind::device, std::string("no pipe: ") + std::strerror(errno));
   for (const int end : ends) fcntl(end, F_SETFD, FD_CLOEXEC);
-  const pid_t child = fork();
+  const pid_t parent = getpid(), child = fork();
   if (child < 0) throw Error(ErrorKind::device, std::string("no process: ") + std::strerror(errno));
   if (child == 0) {
+    end_with(parent);
     dup2(STDERR_FILENO, STDOUT_FILENO);
     int code = 0;
     try {

@@ -12,7 +12,8 @@ struct ChildOutcome {
 };
 
 /// Runs `work` in a copy of this process, which has this one's memory but none of its threads, and hands it a function
-/// that tells text to this process. What it prints goes to standard error. After `seconds` it is killed.
+/// that tells text to this process. What it prints goes to standard error. After `seconds`, and when this process ends,
+/// it is killed.
 [[nodiscard]] ChildOutcome in_child_process(
     double seconds, const std::function<void(const std::function<void(const std::string&)>& tell)>& work);
 
