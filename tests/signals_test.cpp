@@ -14,7 +14,7 @@ using test::OnTerminal;
 using test::read_bytes;
 
 const std::string tool = "exec '" PARIAN_BINARY "' ";
-const std::string endless = tool + test::small_render + "--error 0 --frames 1000000000 -o a.exr --stats s.json";
+const std::string endless = tool + test::small_render + "--error 0 --frames 100000000 -o a.exr --stats s.json";
 
 class SignalsTest : public test::CommandTest {
  protected:

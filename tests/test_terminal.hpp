@@ -21,6 +21,7 @@ class OnTerminal {
     const std::string command = "cd '" + folder.string() + "' && " + line + " >out.txt </dev/null";
     child_ = fork();
     if (child_ == 0) {
+      for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_DFL);  // whatever this process ignores
       close(master_);
       dup2(terminal, STDERR_FILENO);
       close(terminal);

@@ -8,6 +8,7 @@
 #include "commands.hpp"
 #include "embedded.hpp"
 #include "error.hpp"
+#include "interrupt.hpp"
 #include "nearest.hpp"
 #include "terminal.hpp"
 
@@ -91,6 +92,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an error to report, not a reason to die
   parian::keep_standard_streams();
+  parian::keep_ignored_signals();
   try {
     const int code = run(argc, argv);
     parian::flush_results();
