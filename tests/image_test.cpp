@@ -239,13 +239,16 @@ class SmallDisk {
   rlimit before_{};
 };
 
-/// Every extension that OpenImageIO knows.
-std::vector<std::string> extensions() {
+/// Every extension that OpenImageIO knows, or the first of each format.
+std::vector<std::string> extensions(bool first_only = false) {
   std::vector<std::string> all;
   std::istringstream formats(OIIO::get_string_attribute("extension_list"));
   for (std::string format; std::getline(formats, format, ';');) {  // "tiff:tif,tiff,tx"
     std::istringstream names(format.substr(format.find(':') + 1));
-    for (std::string name; std::getline(names, name, ',');) all.push_back(name);
+    for (std::string name; std::getline(names, name, ',');) {
+      all.push_back(name);
+      if (first_only) break;
+    }
   }
   return all;
 }
@@ -291,7 +294,7 @@ TEST(ImageTest, EveryFormatIsWrittenWholeOrRefused) {
 
 TEST(ImageTest, FullDiskKeepsTheOldFile) {
   const Image image = large_image();
-  for (const std::string& extension : extensions()) {
+  for (const std::string& extension : extensions(true)) {
     const Scratch scratch;
     const auto file = scratch / ("a." + extension);
     if (refusal(file) == ErrorKind::output) continue;
