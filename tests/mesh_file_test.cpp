@@ -211,7 +211,7 @@ TEST_F(MeshFile, PlyBad) {
   EXPECT_NE(error("a.ply", file("3", "0 0 0\n1 0 0\n0 1 0\n3 0 1 3")).find(":14: a face names point 3, but points"),
             std::string::npos);
   EXPECT_NE(error("a.ply", file("3", "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1")).find("names point -1"), std::string::npos);
-  EXPECT_NE(error("a.ply", file("3", "0 0 0\n1 0 0\n0 1 0\n2 0 1")).find("a face has 2 corners"), std::string::npos);
+  EXPECT_NE(error("a.ply", file("3", "0 0 0\n1 0 0\n0 1 0\n2 0 1")).find("three corners"), std::string::npos);
   EXPECT_NE(error("a.ply", file("3", "0 0 0\n1 0 0\n0 1 0\n4000000000 0 1 2")).find("can't fit"), std::string::npos);
   EXPECT_NE(error("a.ply", ply_start + "element vertex 1\n" + ply_xyz + "end_header\n0 0 0\n").find("no faces"),
             std::string::npos);
@@ -241,7 +241,7 @@ TEST_F(MeshFile, ObjBad) {
   EXPECT_NE(error("a.obj", three + "f 1 2 -4\n").find("a.obj:4: '-4' reaches back"), std::string::npos);
   EXPECT_NE(error("a.obj", three + "f 1 2 x\n").find("'x' is not a corner"), std::string::npos);
   EXPECT_NE(error("a.obj", three + "f 1 2 99999999999999999999\n").find("is not a corner"), std::string::npos);
-  EXPECT_NE(error("a.obj", three + "f 1 2\n").find("a.obj:4: a face has 2 corners"), std::string::npos);
+  EXPECT_NE(error("a.obj", three + "f 1 2\n").find("three corners"), std::string::npos);
   EXPECT_NE(error("a.obj", "v 0 0\n" + three + "f 1 2 3\n").find("a.obj:1: a point has fewer"), std::string::npos);
   EXPECT_NE(error("a.obj", "v 0 \\\n inf 0\n" + three + "f 1 2 3\n").find("'inf' is not finite"), std::string::npos);
   EXPECT_NE(error("a.obj", three).find("no faces"), std::string::npos);
@@ -304,7 +304,7 @@ TEST_F(MeshFile, StlBad) {
   EXPECT_NE(error("a.stl", "hello").find("neither an ASCII nor a binary"), std::string::npos);
   EXPECT_NE(error("a.stl", "solid\nfacet\nouter loop\nvertex 0 0 0\n").find("a.stl:5: the file ends within"),
             std::string::npos);
-  EXPECT_NE(error("a.stl", "solid\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nendloop\n").find("a facet has 2 vertices"),
+  EXPECT_NE(error("a.stl", "solid\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nendloop\n").find("no triangles"),
             std::string::npos);
   EXPECT_NE(error("a.stl", "solid\nouter loop\nvertex 0 0 1,5\n").find("a.stl:3: '1,5' is not a number"),
             std::string::npos);
@@ -349,7 +349,10 @@ TEST_F(MeshFile, DamageNeverCrashes) {
       {"d.off", binary_off(true)},
       {"e.stl", binary_stl(2, two_triangles, "solid")},
       {"f.om", om_file<OpenMesh::DefaultTraits>(folder_ / "f.om")},
-      {"g.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 -1\n"}};
+      {"g.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 0 0 1\nf 1//1 2//-1 -1//1\nf 1 2\n"},
+      {"h.ply", ply_start + "element vertex 5\n" + ply_xyz +
+                    "element tristrips 1\nproperty list int int vertex_indices\nend_header\n" + ascii_points +
+                    "8 0 1 2 3 -1 1 4 2\n"}};
   std::mt19937 random(1);
   for (const auto& [name, bytes] : files) {
     for (std::size_t length = 0; length < bytes.size(); ++length) try {

@@ -15,6 +15,7 @@
 #include <sstream>
 
 #include "ascii.hpp"
+#include "foreign_file.hpp"
 #include "mesh_importer.hpp"
 #include "mesh_prepare.hpp"
 
@@ -40,12 +41,18 @@ class Silence {
   bool log_;
 };
 
-std::string read_bytes(const std::filesystem::path& path, const std::string& file) {
+/// Refuses what is no file, or one of a kind that isn't read.
+void check_file(const std::filesystem::path& path, const std::string& file) {
   std::error_code fault;
   const std::filesystem::file_status status = std::filesystem::status(path, fault);
   if (!std::filesystem::exists(status)) refuse(file, "no such file; check the path");
   if (std::filesystem::is_directory(status)) refuse(file, "this is a directory; name a mesh file in it");
   if (!std::filesystem::is_regular_file(status)) refuse(file, "this isn't a regular file; copy the mesh to one");
+  if (const std::string kind = foreign_file(path); !kind.empty()) refuse(file, kind);
+}
+
+std::string read_bytes(const std::filesystem::path& path, const std::string& file) {
+  std::error_code fault;
   const std::uintmax_t size = std::filesystem::file_size(path, fault);
   std::ifstream stream(path, std::ios::binary);
   if (fault || !stream) refuse(file, "the file can't be opened; check its permissions");
@@ -68,7 +75,8 @@ void restore_twins(PolygonMesh& mesh, const PreparedMesh& prepared) {
 void check_result(const PolygonMesh& mesh, const PreparedMesh& prepared, bool stl, const std::string& file) {
   const std::size_t points = prepared.points.size() + prepared.twins.size();
   if ((points != 0 && mesh.points.size() != points) || mesh.face_sizes.size() > prepared.faces ||
-      (!stl && mesh.face_sizes.size() != prepared.faces))
+      (!stl && mesh.face_sizes.size() != prepared.faces) ||
+      (!prepared.corner_normals.empty() && mesh.corners.size() != prepared.corner_normals.size()))
     refuse(file, fmt::format("OpenMesh read {} points and {} faces of {} and {}; convert the mesh to PLY",
                              mesh.points.size(), mesh.face_sizes.size(), points, prepared.faces));
   for (std::size_t i = 0; i < mesh.corners.size(); ++i)
@@ -76,8 +84,6 @@ void check_result(const PolygonMesh& mesh, const PreparedMesh& prepared, bool st
       refuse(file, fmt::format("a face names point {}, but points are 0 to {}; correct the index",
                                static_cast<std::int32_t>(mesh.corners[i]),
                                static_cast<std::int64_t>(mesh.points.size()) - 1));
-  for (std::size_t i = 0; i < mesh.face_sizes.size(); ++i)
-    if (mesh.face_sizes[i] < 3) refuse(file, fmt::format("face {} has {} corners; remove it", i, mesh.face_sizes[i]));
   for (std::size_t i = 0; i < mesh.points.size(); ++i)
     for (int axis = 0; axis < 3; ++axis)
       if (const char* fault = coordinate_fault(mesh.points[i][axis]))
@@ -105,6 +111,23 @@ class PlainNumbers {
   std::locale cpp_;  // the global one
   std::string c_;
 };
+
+/// Leaves out faces of fewer than three corners, which only halfedges can still make here.
+void drop_bad_faces(PolygonMesh& mesh, PreparedMesh& prepared) {
+  if (std::none_of(mesh.face_sizes.begin(), mesh.face_sizes.end(), [](std::uint32_t size) { return size < 3; })) return;
+  const std::vector<std::uint32_t> sizes = std::move(mesh.face_sizes), corners = std::move(mesh.corners);
+  mesh.face_sizes.clear();
+  mesh.corners.clear();
+  auto corner = corners.begin();
+  for (std::size_t i = 0; i < sizes.size(); corner += sizes[i++]) {
+    if (sizes[i] < 3) {
+      prepared.drop_face("face", i);
+    } else {
+      mesh.face_sizes.push_back(sizes[i]);
+      mesh.corners.insert(mesh.corners.end(), corner, corner + sizes[i]);
+    }
+  }
+}
 
 PolygonMesh run_reader(PreparedMesh& prepared, const std::string& extension, const std::filesystem::path& path,
                        const std::string& file) {
@@ -137,14 +160,20 @@ PolygonMesh read_mesh_file(const std::filesystem::path& path) {
                                                                     : extension == "stl" ? prepare_stl
                                                                     : extension == "om"  ? prepare_om
                                                                                          : nullptr;
+  check_file(path, file);
   if (prepare == nullptr)
     refuse(file, fmt::format("unknown mesh format '.{}'; use .ply, .obj, .off, .stl or .om", extension));
   PreparedMesh prepared = prepare(read_bytes(path, file), file);
+  if (prepared.faces == 0) refuse(file, "none of the faces has three corners; choose another mesh");
   PolygonMesh mesh = run_reader(prepared, extension, path, file);
   check_result(mesh, prepared, extension == "stl", file);
   restore_twins(mesh, prepared);
+  drop_bad_faces(mesh, prepared);
   if (mesh.face_sizes.empty()) refuse(file, "the mesh has no faces with three different corners; choose another");
   if (!prepared.points.empty()) mesh.points = std::move(prepared.points);
+  mesh.normals = std::move(prepared.normals);
+  mesh.corner_normals = std::move(prepared.corner_normals);
+  mesh.warnings = prepared.warnings();
   return mesh;
 }
 

@@ -2,7 +2,9 @@
 #include "mesh_prepare.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -31,6 +33,34 @@ void refuse(const std::string& file, const std::string& message) {
 
 void refuse(const std::string& file, std::size_t line, const std::string& message) {
   throw Error(ErrorKind::input, fmt::format("{}:{}: {}", file, line, printable(message)));
+}
+
+void PreparedMesh::drop_face(const char* unit, std::size_t number) {
+  if (bad_faces++ == 0) first_bad_face = fmt::format("{} {}", unit, number);
+}
+
+std::vector<std::string> PreparedMesh::warnings() const {
+  std::vector<std::string> lines;
+  if (bad_faces > 0)
+    lines.push_back(fmt::format(
+        "{} of fewer than three corners {} left out, the first in {}; mend the mesh if it has "
+        "holes there",
+        bad_faces == 1 ? "a face" : fmt::format("{} faces", bad_faces), bad_faces == 1 ? "is" : "are", first_bad_face));
+  constexpr std::array<std::pair<Extra, const char*>, 6> names{{{point_colours, "vertex colours"},
+                                                                {face_colours, "face colours"},
+                                                                {texture_coordinates, "texture coordinates"},
+                                                                {materials, "materials"},
+                                                                {lone_normals, "some normals"},
+                                                                {curves, "lines, points and curves"}}};
+  std::vector<const char*> held;
+  for (const auto& [bit, name] : names)
+    if (extras & bit) held.push_back(name);
+  if (!held.empty())
+    lines.push_back(
+        fmt::format("what else the file holds is left out ({}): an object has one material all over; "
+                    "choose it with --material or in a scene",
+                    fmt::join(held, ", ")));
+  return lines;
 }
 
 void Words::skip(bool over_lines) {

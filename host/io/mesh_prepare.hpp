@@ -12,6 +12,16 @@
 
 namespace parian {
 
+/// What files hold beside the surface and no picture shows, as bits.
+enum Extra : unsigned {
+  point_colours = 1,
+  face_colours = 2,
+  texture_coordinates = 4,
+  materials = 8,
+  lone_normals = 16,  ///< normals that belong to no corner, or not all three of their coordinates
+  curves = 32,
+};
+
 /// A file in the form that goes to OpenMesh, and what must come back.
 struct PreparedMesh {
   std::string stream;
@@ -20,6 +30,16 @@ struct PreparedMesh {
   std::size_t faces = 0;             ///< OpenMesh must deliver as many; STL: at most as many
   std::vector<std::uint32_t> twins;  ///< OBJ: point i of `points` is stream point i; stream point points.size()+j
                                      ///< stands for twins[j]
+  std::vector<glm::vec3> normals{};  ///< as PolygonMesh has them
+  std::vector<std::uint32_t> corner_normals{};
+  unsigned extras = 0;         ///< what else the file holds, bits of Extra
+  std::size_t bad_faces = 0;   ///< left out for having fewer than three corners
+  std::string first_bad_face;  ///< where the first of them is
+
+  /// Leaves a face out; `place` names it: "line 7", "face 12".
+  void drop_face(const char* unit, std::size_t number);
+  /// What reading left out, one line each.
+  [[nodiscard]] std::vector<std::string> warnings() const;
 };
 
 [[nodiscard]] PreparedMesh prepare_ply(const std::string& bytes, const std::string& file);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <limits>
 
 #include "mesh_prepare.hpp"
 
@@ -24,15 +25,19 @@ bool reader_expects_normals(std::string_view bytes) {
   return take(bytes, "N");
 }
 
-/// Checks the header word, which is [ST][C][N][4][n]OFF; 4 and n mean another dimension.
-void check_keyword(std::string_view word, const std::string& file, std::size_t line) {
+/// What the header word says of the points.
+struct Keyword {
+  bool textures, colours, normals;
+};
+
+/// Reads the header word, which is [ST][C][N][4][n]OFF; 4 and n mean another dimension.
+Keyword read_keyword(std::string_view word, const std::string& file, std::size_t line) {
   std::string_view rest = word;
-  take(rest, "ST");
-  take(rest, "C");
-  take(rest, "N");
+  const bool textures = take(rest, "ST"), colours = take(rest, "C"), normals = take(rest, "N");
   const bool dimension = take(rest, "4") || take(rest, "n");
   if (rest != "OFF") refuse(file, line, "this isn't an OFF file, which begins with 'OFF'; convert it");
   if (dimension) refuse(file, line, fmt::format("'{}' isn't three-dimensional; convert it to OFF", word));
+  return {textures, colours, normals};
 }
 
 std::uint64_t read_count(Words& words, const std::string& file) {
@@ -54,14 +59,16 @@ void check_counts(std::uint64_t points, std::uint64_t faces, std::uint64_t point
                              points, faces, left));
 }
 
+/// Puts one face behind the stream; one of fewer than three corners is checked and left out.
 void write_face(Words& words, std::uint64_t points, std::uint64_t left, PreparedMesh& mesh, const std::string& file) {
   std::string_view word = words.next();
   if (word.empty()) refuse(file, words.line(), "the file ends before its last face; it is truncated");
+  const std::size_t begin = mesh.stream.size(), line = words.line();
   std::int64_t corners = 0;
-  if (!parse_integer(word, corners) || corners < 3 || corners > static_cast<std::int64_t>(left))
+  if (!parse_integer(word, corners) || corners < 0 || corners > static_cast<std::int64_t>(left))
     refuse(file, words.line(), fmt::format("'{:.40}' is not a possible number of corners; correct the face", word));
   mesh.stream += word;
-  for (; corners > 0; --corners) {
+  for (std::int64_t i = 0; i < corners; ++i) {
     word = words.next();
     std::int64_t index = 0;
     if (word.empty()) refuse(file, words.line(), "the file ends before its last face; it is truncated");
@@ -71,17 +78,41 @@ void write_face(Words& words, std::uint64_t points, std::uint64_t left, Prepared
     mesh.stream += fmt::format(" {}", index);
   }
   mesh.stream += '\n';
-  (void)words.next_line();  // colours
+  if (!words.next_in_line().empty()) mesh.extras |= face_colours;
+  (void)words.next_line();
+  if (corners >= 3) return;
+  mesh.stream.resize(begin);
+  mesh.drop_face("line", line);
 }
 
-PreparedMesh prepare_ascii(Words& words, std::string_view bytes, const std::string& file) {
+/// Reads what stands behind a point's coordinates: a normal, a colour, a place in a texture.
+void read_rest_of_point(Words& words, const Keyword& keyword, PreparedMesh& mesh, const std::string& file) {
+  if (keyword.normals) {
+    glm::dvec3 normal(std::numeric_limits<double>::quiet_NaN());
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::string_view word = words.next_in_line();
+      if (!word.empty() && !parse_number(word, normal[axis]))
+        refuse(file, words.line(), fmt::format("'{:.40}' is not a number; correct the normal", word));
+    }
+    mesh.normals.emplace_back(normal);
+  }
+  if (!words.next_in_line().empty() && !keyword.textures) mesh.extras |= point_colours;
+  (void)words.next_line();
+}
+
+PreparedMesh prepare_ascii(Words& words, const Keyword& keyword, std::string_view bytes, const std::string& file) {
   PreparedMesh mesh;
   const std::uint64_t points = read_count(words, file);
-  mesh.faces = read_count(words, file);
+  const std::uint64_t faces = read_count(words, file);
   (void)words.next_in_line();  // edges, often missing
-  check_counts(points, mesh.faces, 6, 8, bytes.size() - words.position(), file);
-  const bool normals = reader_expects_normals(bytes);
-  mesh.stream = fmt::format("OFF\n{} {} 0\n", points, mesh.faces);
+  check_counts(points, faces, 6, 2, bytes.size() - words.position(), file);
+  if (keyword.colours) mesh.extras |= point_colours;
+  if (keyword.textures) mesh.extras |= texture_coordinates;
+  const bool expected = reader_expects_normals(bytes);
+  constexpr std::size_t digits = 10;  // room for the count of faces, which isn't known yet
+  mesh.stream = fmt::format("OFF\n{} ", points);
+  const std::size_t count_at = mesh.stream.size();
+  mesh.stream += std::string(digits, ' ') + " 0\n";
   mesh.stream.reserve(bytes.size() + 64);
   for (std::uint64_t i = 0; i < points; ++i) {
     glm::dvec3 point(0.0);
@@ -91,11 +122,13 @@ PreparedMesh prepare_ascii(Words& words, std::string_view bytes, const std::stri
       mesh.stream += read_coordinate(word, point[axis], file, words.line());
       mesh.stream += axis < 2 ? ' ' : '\n';
     }
-    if (normals) mesh.stream.insert(mesh.stream.size() - 1, " 0 0 1");
-    (void)words.next_line();  // normal, colour, texture
+    if (expected) mesh.stream.insert(mesh.stream.size() - 1, " 0 0 1");
+    read_rest_of_point(words, keyword, mesh, file);
     mesh.points.push_back(point);
   }
-  for (std::uint64_t i = 0; i < mesh.faces; ++i) write_face(words, points, bytes.size(), mesh, file);
+  for (std::uint64_t i = 0; i < faces; ++i) write_face(words, points, bytes.size(), mesh, file);
+  mesh.faces = faces - mesh.bad_faces;
+  mesh.stream.replace(count_at, digits, fmt::format("{:>{}}", mesh.faces, digits));
   return mesh;
 }
 
@@ -122,6 +155,36 @@ void append(std::string& stream, std::uint32_t word) {
                  static_cast<char>(word >> 16 & 0xffU), static_cast<char>(word >> 24)});
 }
 
+/// Puts the faces behind the stream; those of fewer than three corners are checked and left out.
+void write_faces(Binary& in, std::uint32_t points, std::uint32_t faces, bool geomview, PreparedMesh& mesh,
+                 const std::string& file) {
+  for (std::uint32_t i = 0; i < faces; ++i) {
+    std::uint32_t corners = 0;
+    if (!in.next(corners)) refuse(file, fmt::format("the file ends before face {}; it is truncated", i));
+    if (corners > in.left() / 4)
+      refuse(file, fmt::format("face {} has {} corners; the file is damaged or truncated", i, corners));
+    const std::size_t begin = mesh.stream.size();
+    append(mesh.stream, corners);
+    for (std::uint32_t k = 0; k < corners; ++k) {
+      std::uint32_t index = 0;
+      (void)in.next(index);
+      if (index >= points)
+        refuse(file, fmt::format("face {} names point {}, but points are 0 to {}; correct it", i, index, points - 1));
+      append(mesh.stream, index);
+    }
+    if (corners < 3) {
+      mesh.stream.resize(begin);
+      mesh.drop_face("face", i);
+    }
+    std::uint32_t colours = 0;
+    if (!geomview) continue;
+    if (!in.next(colours) || colours > in.left() / 4)
+      refuse(file, fmt::format("face {}: bad count of colours; the file is damaged or truncated", i));
+    if (colours > 0) mesh.extras |= face_colours;
+    for (std::uint32_t skipped = 0; colours > 0; --colours) (void)in.next(skipped);
+  }
+}
+
 /// Binary OFF has two dialects: Geomview's is big-endian and has a count of colours behind each face, OpenMesh's is
 /// little-endian and has none. The counts tell them apart, since only one order can fit into the file.
 PreparedMesh prepare_binary(std::string_view body, const std::string& file) {
@@ -133,14 +196,14 @@ PreparedMesh prepare_binary(std::string_view body, const std::string& file) {
   Binary in(body, std::endian::native == std::endian::big);
   if (!in.next(points) || !in.next(faces) || !in.next(edges))
     refuse(file, "the file ends before its counts; it is truncated");
-  if (12ULL * points + 16ULL * faces > in.left()) {
+  if (12ULL * points + 4ULL * faces > in.left()) {
     in = Binary(body, std::endian::native != std::endian::big);
     (void)(in.next(points) && in.next(faces) && in.next(edges));
     geomview = true;
   }
-  check_counts(points, faces, 12, 16, in.left(), file);
-  mesh.faces = faces;
+  check_counts(points, faces, 12, 4, in.left(), file);
   mesh.stream = "OFF BINARY\n";
+  const std::size_t count_at = mesh.stream.size() + 4;
   for (const std::uint32_t count : {points, faces, edges}) append(mesh.stream, count);
   for (std::uint32_t i = 0; i < points; ++i) {
     glm::dvec3 point(0.0);
@@ -154,25 +217,11 @@ PreparedMesh prepare_binary(std::string_view body, const std::string& file) {
     }
     mesh.points.push_back(point);
   }
-  for (std::uint32_t i = 0; i < faces; ++i) {
-    std::uint32_t corners = 0;
-    if (!in.next(corners)) refuse(file, fmt::format("the file ends before face {}; it is truncated", i));
-    if (corners < 3 || corners > in.left() / 4)
-      refuse(file, fmt::format("face {} has {} corners; the file is damaged or truncated", i, corners));
-    append(mesh.stream, corners);
-    for (; corners > 0; --corners) {
-      std::uint32_t index = 0;
-      (void)in.next(index);
-      if (index >= points)
-        refuse(file, fmt::format("face {} names point {}, but points are 0 to {}; correct it", i, index, points - 1));
-      append(mesh.stream, index);
-    }
-    std::uint32_t colours = 0;
-    if (!geomview) continue;
-    if (!in.next(colours) || colours > in.left() / 4)
-      refuse(file, fmt::format("face {}: bad count of colours; the file is damaged or truncated", i));
-    for (std::uint32_t skipped = 0; colours > 0; --colours) (void)in.next(skipped);
-  }
+  write_faces(in, points, faces, geomview, mesh, file);
+  mesh.faces = faces - mesh.bad_faces;
+  std::string count;
+  append(count, static_cast<std::uint32_t>(mesh.faces));
+  mesh.stream.replace(count_at, count.size(), count);
   return mesh;
 }
 
@@ -181,7 +230,7 @@ PreparedMesh prepare_binary(std::string_view body, const std::string& file) {
 PreparedMesh prepare_off(const std::string& bytes, const std::string& file) {
   Words words(bytes, '#');
   const std::string_view keyword = words.next();
-  check_keyword(keyword, file, words.line());
+  const Keyword holds = read_keyword(keyword, file, words.line());
   Words ahead = words;
   if (ahead.next_in_line() == "BINARY") {
     constexpr std::string_view start = "OFF BINARY";
@@ -190,7 +239,7 @@ PreparedMesh prepare_off(const std::string& bytes, const std::string& file) {
       refuse(file, 1, "a binary OFF file must begin with a line 'OFF BINARY' (no colours, no normals); convert to PLY");
     return prepare_binary(std::string_view(bytes).substr(end + 1), file);
   }
-  return prepare_ascii(words, bytes, file);
+  return prepare_ascii(words, holds, bytes, file);
 }
 
 }  // namespace parian

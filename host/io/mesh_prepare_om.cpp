@@ -1,6 +1,8 @@
-// OM, OpenMesh's own format: OpenMesh gets positions and topology; all other chunks are stepped over here, because its
-// reader trusts their sizes and creates whatever property types they name.
+// OM, OpenMesh's own format: OpenMesh gets positions and topology; points' normals are read here and all other chunks
+// stepped over, because its reader trusts their sizes and creates whatever property types they name.
 #include <fmt/format.h>
+
+#include <bit>
 
 #include "mesh_prepare.hpp"
 
@@ -49,6 +51,17 @@ struct Counts {
   std::uint64_t edges;
 };
 
+Counts read_counts(Reader& reader, const std::string& file) {
+  Counts counts{};
+  counts.vertices = reader.number(4);
+  counts.faces = reader.number(4);
+  counts.edges = reader.number(4);
+  if (counts.faces == 0) refuse(file, "the OM file has no faces; choose a mesh");
+  if (counts.vertices > 0x7fffffff || counts.faces > 0x7fffffff || counts.edges > 0x3fffffff)
+    refuse(file, "the header promises more elements than OpenMesh can number; the file is damaged");
+  return counts;
+}
+
 /// Faces of versions before 2.0 are lists of corners.
 void skip_old_faces(Reader& reader, char shape, std::uint64_t faces, std::size_t index_size) {
   for (std::uint64_t i = 0; i < faces; ++i)
@@ -74,6 +87,28 @@ std::uint64_t item_size(unsigned kind, unsigned bits, unsigned dimensions, const
   refuse(file, fmt::format("unknown block of kind {} with {} dimensions; save the mesh as PLY", kind, dimensions));
 }
 
+/// Reads the points' normals: three floats or doubles each, little-endian.
+void read_normals(Reader& reader, const std::string& bytes, std::uint64_t points, bool doubles, PreparedMesh& mesh) {
+  const char* from = bytes.data() + reader.position();
+  const std::size_t size = doubles ? 8 : 4;
+  reader.skip(points, 3 * size);
+  mesh.normals.resize(points);
+  for (glm::vec3& normal : mesh.normals)
+    for (int axis = 0; axis < 3; ++axis, from += size) {
+      std::uint64_t word = 0;
+      for (std::size_t i = size; i-- > 0;) word = word << 8 | static_cast<unsigned char>(from[i]);
+      normal[axis] = doubles ? static_cast<float>(std::bit_cast<double>(word))
+                             : std::bit_cast<float>(static_cast<std::uint32_t>(word));
+    }
+}
+
+/// What else a block holds.
+unsigned extra_of(unsigned entity, unsigned kind) {
+  if (kind == texcoord) return texture_coordinates;
+  if (kind == colour) return entity == face ? face_colours : point_colours;
+  return kind == normal && entity == halfedge ? unsigned{lone_normals} : 0U;
+}
+
 void skip_custom(Reader& reader, unsigned char version) {
   if (version >= version_2_2) reader.skip(reader.number(1), 1);  // the type's name
   reader.skip(reader.number(4), 1);
@@ -91,13 +126,7 @@ PreparedMesh prepare_om(const std::string& bytes, const std::string& file) {
     refuse(file, fmt::format("OM version {}.{} is newer than 2.2; save the mesh as PLY", version >> 5, version & 31));
   Reader reader(bytes, file);
   reader.skip(4, 1);
-  Counts counts{};
-  counts.vertices = reader.number(4);
-  counts.faces = reader.number(4);
-  counts.edges = reader.number(4);
-  if (counts.faces == 0) refuse(file, "the OM file has no faces; choose a mesh");
-  if (counts.vertices > 0x7fffffff || counts.faces > 0x7fffffff || counts.edges > 0x3fffffff)
-    refuse(file, "the header promises more elements than OpenMesh can number; the file is damaged");
+  const Counts counts = read_counts(reader, file);
   PreparedMesh mesh;
   mesh.faces = counts.faces;
   mesh.stream = bytes.substr(0, 16);
@@ -137,8 +166,11 @@ PreparedMesh prepare_om(const std::string& bytes, const std::string& file) {
       reader.skip(3 * items, std::uint64_t{1} << bits);
       if (has_halfedges) refuse(file, "the file lists its halfedges twice; it is damaged");
       has_halfedges = keep = true;
+    } else if (entity == vertex && kind == normal && dimensions == 3 && !named) {
+      read_normals(reader, bytes, items, bits == 1, mesh);
     } else {
       reader.skip(items, item_size(kind, bits, dimensions, file));
+      mesh.extras |= extra_of(entity, kind);
     }
     if (keep && !named) mesh.stream.append(bytes, begin, reader.position() - begin);
   }

@@ -1,124 +1,21 @@
-// PLY: any order of elements, any property types and lists, three encodings; OpenMesh gets float x y z and int lists.
+// PLY: any order of elements, any property types and lists, faces or strips of triangles, three encodings; OpenMesh
+// gets float x y z and int lists.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <optional>
+#include <set>
 
 #include "mesh_prepare.hpp"
+#include "ply_header.hpp"
 
 namespace parian {
 namespace {
 
-enum class Type { i8, u8, i16, u16, i32, u32, f32, f64 };
-
-struct Property {
-  std::string name;
-  Type type = Type::f32;
-  std::optional<Type> count;  ///< set: a list, whose length has this type
-};
-
-struct Element {
-  std::string name;
-  std::uint64_t count = 0;
-  std::vector<Property> properties;
-};
-
-enum class Encoding { ascii, little, big };
-
-struct Header {
-  Encoding encoding = Encoding::ascii;
-  std::vector<Element> elements;
-  std::size_t body = 0;       ///< offset of the first byte after the header
-  std::size_t body_line = 0;  ///< its line
-};
-
-std::size_t size_of(Type type) {
-  constexpr std::array<std::size_t, 8> sizes{1, 1, 2, 2, 4, 4, 4, 8};
-  return sizes[static_cast<std::size_t>(type)];
-}
-
-Type type_named(std::string_view name, const std::string& file, std::size_t line) {
-  constexpr std::array<std::pair<std::string_view, Type>, 16> names{{{"char", Type::i8},
-                                                                     {"int8", Type::i8},
-                                                                     {"uchar", Type::u8},
-                                                                     {"uint8", Type::u8},
-                                                                     {"short", Type::i16},
-                                                                     {"int16", Type::i16},
-                                                                     {"ushort", Type::u16},
-                                                                     {"uint16", Type::u16},
-                                                                     {"int", Type::i32},
-                                                                     {"int32", Type::i32},
-                                                                     {"uint", Type::u32},
-                                                                     {"uint32", Type::u32},
-                                                                     {"float", Type::f32},
-                                                                     {"float32", Type::f32},
-                                                                     {"double", Type::f64},
-                                                                     {"float64", Type::f64}}};
-  for (const auto& [known, type] : names)
-    if (known == name) return type;
-  refuse(file, line, fmt::format("unknown PLY type '{:.40}'; types are char to double and int8 to float64", name));
-}
-
-Element read_element(Words& words, const std::string& file) {
-  Element element{std::string(words.next_in_line()), 0, {}};
-  std::int64_t count = 0;
-  const std::string_view word = words.next_in_line();
-  if (element.name.empty() || !parse_integer(word, count) || count < 0 || count > 0xfffffffe)
-    refuse(file, words.line(), fmt::format("'{:.40}' is not a possible count of elements; correct the header", word));
-  element.count = static_cast<std::uint64_t>(count);
-  return element;
-}
-
-Property read_property(Words& words, const std::string& file) {
-  Property property;
-  std::string_view word = words.next_in_line();
-  if (word == "list") {
-    property.count = type_named(words.next_in_line(), file, words.line());
-    if (*property.count == Type::f32 || *property.count == Type::f64)
-      refuse(file, words.line(), "a list's length can't be a floating-point number; correct the header");
-    word = words.next_in_line();
-  }
-  property.type = type_named(word, file, words.line());
-  property.name = words.next_in_line();
-  return property;
-}
-
-Header read_header(const std::string& bytes, const std::string& file) {
-  Words words(bytes);
-  const std::string_view magic = words.next_in_line();
-  if (magic != "ply" && magic != "PLY") refuse(file, 1, "this isn't a PLY file, whose first line is 'ply'");
-  Header header;
-  bool has_format = false;
-  while (words.next_line()) {
-    const std::string_view key = words.next_in_line();
-    if (key == "format") {
-      const std::string_view name = words.next_in_line();
-      if (name != "ascii" && name != "binary_little_endian" && name != "binary_big_endian")
-        refuse(file, words.line(), fmt::format("unknown PLY format '{:.40}'; convert the file", name));
-      header.encoding = name == "ascii"                  ? Encoding::ascii
-                        : name == "binary_little_endian" ? Encoding::little
-                                                         : Encoding::big;
-      has_format = true;
-    } else if (key == "element") {
-      header.elements.push_back(read_element(words, file));
-    } else if (key == "property") {
-      if (header.elements.empty()) refuse(file, words.line(), "a property before any element; correct the header");
-      header.elements.back().properties.push_back(read_property(words, file));
-    } else if (key == "end_header") {
-      if (!has_format) refuse(file, words.line(), "the header names no format; add a line 'format ascii 1.0'");
-      if (!words.next_line()) break;
-      header.body = words.position();
-      header.body_line = words.line();
-      return header;
-    } else if (key != "comment" && key != "obj_info" && !key.empty()) {
-      refuse(file, words.line(), fmt::format("unknown keyword '{:.40}' in a PLY header; remove the line", key));
-    }
-  }
-  refuse(file, words.line(), "the file ends within the PLY header; it is truncated");
-}
+using namespace ply;
 
 /// The body's values one after the other, whatever the encoding.
 class Values {
@@ -130,6 +27,12 @@ class Values {
         swap_((header.encoding == Encoding::big) != (std::endian::native == std::endian::big)),
         position_(header.body),
         words_(std::string_view(bytes).substr(header.body), 0, header.body_line) {}
+
+  /// Where the reading stands, for warnings: by line in ASCII, by element in binary.
+  [[nodiscard]] std::pair<const char*, std::size_t> place() const {
+    if (encoding_ == Encoding::ascii) return {"line", words_.line()};
+    return {element.c_str(), row};
+  }
 
   double next(Type type) {
     if (encoding_ == Encoding::ascii) {
@@ -207,74 +110,195 @@ void append(std::string& stream, const void* data, std::size_t size) {
   stream.append(static_cast<const char*>(data), size);
 }
 
-void read_point(Values& values, const Element& element, std::vector<glm::dvec3>& points) {
+bool is_axis(const std::string& name) { return name.size() == 1 && name[0] >= 'x' && name[0] <= 'z'; }
+bool is_normal(const std::string& name) {
+  return name.size() == 2 && name[0] == 'n' && name[1] >= 'x' && name[1] <= 'z';
+}
+bool is_indices(const std::string& name) { return name == "vertex_index" || name == "vertex_indices"; }
+
+void read_point(Values& values, const Element& element, bool normals, PreparedMesh& mesh) {
   glm::dvec3 point(0.0);
+  glm::vec3 normal(0.0F);
   for (const Property& property : element.properties) {
     if (property.count) {
       for (std::uint64_t n = values.length(property); n > 0; --n) (void)values.next(property.type);
       continue;
     }
     const double value = values.next(property.type);
-    if (property.name.size() != 1 || property.name[0] < 'x' || property.name[0] > 'z') continue;
+    if (is_normal(property.name)) normal[property.name[1] - 'x'] = static_cast<float>(value);
+    if (!is_axis(property.name)) continue;
     if (const char* fault = coordinate_fault(value))
       values.fail(fmt::format("coordinate {} is {}; remove the point or rescale the mesh", value, fault));
     point[property.name[0] - 'x'] = value;
   }
-  points.push_back(point);
+  mesh.points.push_back(point);
+  if (normals) mesh.normals.push_back(normal);
 }
 
-void read_face(Values& values, const Element& element, std::uint64_t points, std::string& faces) {
+std::int32_t checked_index(const Values& values, double value, std::uint64_t points) {
+  if (!(value >= 0.0 && value < static_cast<double>(points)) || value != std::floor(value))
+    values.fail(fmt::format("a face names point {}, but points are 0 to {}; correct the index", value,
+                            static_cast<std::int64_t>(points) - 1));
+  return static_cast<std::int32_t>(value);
+}
+
+void read_face(Values& values, const Element& element, std::uint64_t points, std::string& faces, PreparedMesh& mesh) {
   for (const Property& property : element.properties) {
     if (!property.count) {
       (void)values.next(property.type);
       continue;
     }
     const auto corners = static_cast<std::int32_t>(std::min<std::uint64_t>(values.length(property), 0x7fffffff));
-    const bool indices = property.name == "vertex_index" || property.name == "vertex_indices";
-    if (indices && corners < 3) values.fail(fmt::format("a face has {} corners; remove it", corners));
-    if (indices) append(faces, &corners, sizeof corners);
+    if (!is_indices(property.name)) {
+      for (std::int32_t i = 0; i < corners; ++i) (void)values.next(property.type);
+      continue;
+    }
+    const std::size_t begin = faces.size();
+    append(faces, &corners, sizeof corners);
     for (std::int32_t i = 0; i < corners; ++i) {
-      const double value = values.next(property.type);
-      if (!indices) continue;
-      if (!(value >= 0.0 && value < static_cast<double>(points)) || value != std::floor(value))
-        values.fail(fmt::format("a face names point {}, but points are 0 to {}; correct the index", value,
-                                static_cast<std::int64_t>(points) - 1));
-      const auto index = static_cast<std::int32_t>(value);
+      const std::int32_t index = checked_index(values, values.next(property.type), points);
       append(faces, &index, sizeof index);
+    }
+    if (corners >= 3) {
+      ++mesh.faces;
+    } else {
+      faces.resize(begin);
+      const auto [unit, number] = values.place();
+      mesh.drop_face(unit, number);
     }
   }
 }
 
+/// Reads one list of strips: each triangle shares an edge with the one before, and -1 begins a new strip. Triangles
+/// that name a point twice only lead from one strip to the next.
+void read_strips(Values& values, const Element& element, std::uint64_t points, std::string& faces, PreparedMesh& mesh) {
+  for (const Property& property : element.properties) {
+    const std::uint64_t count = property.count ? values.length(property) : 1;
+    std::array<std::int32_t, 4> face{3, 0, 0, 0};
+    std::uint64_t length = 0;  // of the strip so far
+    const auto end_strip = [&] {
+      const auto [unit, number] = values.place();
+      if (length == 1 || length == 2) mesh.drop_face(unit, number);
+      length = 0;
+    };
+    for (std::uint64_t i = 0; i < count; ++i) {
+      if (!is_indices(property.name)) {
+        (void)values.next(property.type);
+        continue;
+      }
+      const double value = values.next(property.type);
+      if (value == -1.0) {
+        end_strip();
+        continue;
+      }
+      const std::int32_t index = checked_index(values, value, points);
+      face = {3, face[2], face[3], index};
+      if (++length < 3 || face[1] == face[2] || face[2] == face[3] || face[3] == face[1]) continue;
+      const std::array<std::int32_t, 4> odd{3, face[2], face[1], face[3]};
+      append(faces, length % 2 == 1 ? face.data() : odd.data(), sizeof face);
+      ++mesh.faces;
+    }
+    end_strip();
+  }
+}
+
+/// What else the properties of an element are.
+unsigned extras_of(const Element& element) {
+  const auto has = [&](std::initializer_list<std::string_view> names) {
+    return std::any_of(element.properties.begin(), element.properties.end(),
+                       [&](const Property& p) { return std::find(names.begin(), names.end(), p.name) != names.end(); });
+  };
+  unsigned extras = 0;
+  if (has({"red", "green", "blue", "diffuse_red", "diffuse_green", "diffuse_blue", "r", "g", "b"}))
+    extras |= element.name == "vertex" ? point_colours : face_colours;
+  if (has({"s", "t", "u", "v", "texture_s", "texture_t", "texture_u", "texture_v", "texcoord", "texnumber"}))
+    extras |= texture_coordinates;
+  if (has({"material_index", "material_indices"}) || element.name == "material") extras |= materials;
+  if (element.name == "edge" && element.count > 0) extras |= curves;
+  return extras;
+}
+
+/// How many of nx, ny and nz the element has.
+std::ptrdiff_t normal_axes(const Element& element) {
+  return std::count_if(element.properties.begin(), element.properties.end(),
+                       [](const Property& p) { return !p.count && is_normal(p.name); });
+}
+
+/// Refuses points without a surface, and says what they are.
+[[noreturn]] void refuse_cloud(const Header& header, const std::string& file) {
+  for (const Element& element : header.elements)
+    for (const Property& property : element.properties)
+      if (property.name == "f_dc_0" || property.name == "packed_position" || property.name == "rot_0")
+        refuse(file,
+               "the PLY file has no faces: this is a Gaussian splat, which has no surface; make a mesh of what "
+               "it was made of");
+  refuse(file,
+         "the PLY file has no faces: this is a point cloud; make a surface of it, with MeshLab's or CloudCompare's "
+         "Poisson reconstruction for one");
+}
+
+bool is_faces(const Element& element) { return element.name == "face" || element.name == "tristrips"; }
+
 /// Refuses elements without what makes a mesh, and counts that can't fit into the file.
 void check_elements(const Header& header, std::size_t left, const std::string& file) {
-  bool vertex = false;
-  bool face = false;
+  std::set<std::string> met;
+  bool faces = false;
+  for (const Element& element : header.elements) faces |= is_faces(element) && element.count > 0;
+  if (!faces) refuse_cloud(header, file);
   for (const Element& element : header.elements) {
     std::uint64_t least = 0;
     std::array<int, 3> axes{};
     int lists = 0;
     for (const Property& p : element.properties) {
       least += header.encoding == Encoding::ascii ? 2 : size_of(p.count ? *p.count : p.type);
-      if (!p.count && p.name.size() == 1 && p.name[0] >= 'x' && p.name[0] <= 'z') ++axes[p.name[0] - 'x'];
-      if (p.count && (p.name == "vertex_index" || p.name == "vertex_indices")) ++lists;
+      if (!p.count && is_axis(p.name)) ++axes[p.name[0] - 'x'];
+      if (p.count && is_indices(p.name)) ++lists;
     }
-    const bool is_vertex = element.name == "vertex";
-    const bool is_face = element.name == "face";
-    if ((is_vertex && vertex) || (is_face && face))
+    if (!met.insert(element.name).second && (element.name == "vertex" || is_faces(element)))
       refuse(file, fmt::format("the header has two elements '{}'; correct it", element.name));
-    if (is_vertex && axes != std::array<int, 3>{1, 1, 1})
+    if (element.name == "vertex" && axes != std::array<int, 3>{1, 1, 1})
       refuse(file, "the vertices need the properties x, y and z, once each; correct the header");
-    if (is_face && lists != 1) refuse(file, "the faces need one list vertex_indices; correct the header");
+    if (is_faces(element) && lists != 1)
+      refuse(file, fmt::format("the element '{}' needs one list vertex_indices; correct the header", element.name));
     // A last ASCII line may lack its end.
     if (element.count * least > left + 1)
       refuse(file, fmt::format("the header promises {} of element '{}', which need at least {} bytes, but {} follow; "
                                "the file is damaged or truncated",
                                element.count, element.name, element.count * least, left));
-    vertex |= is_vertex;
-    face |= is_face && element.count > 0;
   }
-  if (!vertex) refuse(file, "the PLY file has no vertices; choose a mesh");
-  if (!face) refuse(file, "the PLY file has no faces (a point cloud?); choose a mesh");
+  if (!met.contains("vertex")) refuse(file, "the PLY file has no vertices; choose a mesh");
+}
+
+/// Reads the elements down to the last that makes the surface; returns the faces as OpenMesh gets them.
+std::string read_elements(const Header& header, std::uint64_t points, Values& values, PreparedMesh& mesh) {
+  std::string faces;
+  std::size_t last = 0;
+  for (std::size_t i = 0; i < header.elements.size(); ++i) {
+    const Element& element = header.elements[i];
+    mesh.extras |= extras_of(element);
+    if (element.name == "vertex" || is_faces(element)) last = i;
+  }
+  for (std::size_t i = 0; i <= last; ++i) {
+    const Element& element = header.elements[i];
+    if (element.properties.empty()) continue;
+    const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
+    const std::ptrdiff_t axes = is_vertex ? normal_axes(element) : 0;
+    if (axes % 3 != 0) mesh.extras |= lone_normals;
+    values.element = element.name;
+    for (values.row = 0; values.row < element.count; ++values.row) {
+      if (is_vertex)
+        read_point(values, element, axes == 3, mesh);
+      else if (is_face)
+        read_face(values, element, points, faces, mesh);
+      else if (is_faces(element))
+        read_strips(values, element, points, faces, mesh);
+      else
+        for (const Property& property : element.properties)
+          for (std::uint64_t n = property.count ? values.length(property) : 1; n > 0; --n)
+            (void)values.next(property.type);
+    }
+  }
+  return faces;
 }
 
 }  // namespace
@@ -287,28 +311,9 @@ PreparedMesh prepare_ply(const std::string& bytes, const std::string& file) {
     if (element.name == "vertex") points = element.count;
   if (points > 0x7fffffff) refuse(file, "more than 2147483647 points; use a smaller mesh");
   PreparedMesh mesh;
-  std::string faces;
+  if (header.textured) mesh.extras |= materials;
   Values values(bytes, header, file);
-  bool has_points = false;
-  for (const Element& element : header.elements) {
-    if (has_points && mesh.faces > 0) break;
-    if (element.properties.empty()) continue;
-    const bool is_vertex = element.name == "vertex";
-    const bool is_face = element.name == "face";
-    values.element = element.name;
-    for (values.row = 0; values.row < element.count; ++values.row) {
-      if (is_vertex)
-        read_point(values, element, mesh.points);
-      else if (is_face)
-        read_face(values, element, points, faces);
-      else
-        for (const Property& property : element.properties)
-          for (std::uint64_t n = property.count ? values.length(property) : 1; n > 0; --n)
-            (void)values.next(property.type);
-    }
-    has_points |= is_vertex;
-    if (is_face) mesh.faces = element.count;
-  }
+  const std::string faces = read_elements(header, points, values, mesh);
   mesh.stream = fmt::format(
       "ply\nformat binary_{}_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
       "element face {}\nproperty list int int vertex_indices\nend_header\n",

@@ -53,6 +53,11 @@ PreparedMesh prepare_binary(const std::string& bytes, const std::string& file) {
       if (const char* fault = coordinate_fault(static_cast<double>(value)))
         refuse(file, fmt::format("triangle {}: a coordinate is {}; remove the triangle", i, fault));
     }
+  // Colours of triangles: "COLOR=" in the header, or the highest bit of the two bytes behind each.
+  bool coloured = bytes.substr(0, 80).find("COLOR=") != std::string::npos;
+  for (std::size_t i = 0; i < mesh.faces && !coloured; ++i)
+    coloured = (static_cast<unsigned char>(bytes[header_size + triangle_size * i + 49]) & 0x80U) != 0;
+  if (coloured) mesh.extras |= face_colours;
   mesh.stream = bytes;
   return mesh;
 }
@@ -61,7 +66,8 @@ PreparedMesh prepare_ascii(const std::string& bytes, const std::string& file) {
   PreparedMesh mesh;
   mesh.stream.reserve(bytes.size());
   Words words(bytes);
-  int corners = -1;  // outside a loop
+  int corners = -1;      // outside a loop
+  std::size_t loop = 0;  // where it begins in the stream
   do {
     for (std::string_view word = words.next_in_line(); !word.empty(); word = words.next_in_line()) {
       if (same(word, "solid") || same(word, "endsolid")) {
@@ -71,6 +77,7 @@ PreparedMesh prepare_ascii(const std::string& bytes, const std::string& file) {
       if (same(word, "outer")) {
         if (corners >= 0) refuse(file, words.line(), "a facet begins within another; the file is damaged");
         corners = 0;
+        loop = mesh.stream.size();
         mesh.stream += "outer loop\n";
       } else if (same(word, "vertex")) {
         if (corners < 0) refuse(file, words.line(), "a vertex outside 'outer loop'; the file is damaged");
@@ -83,10 +90,15 @@ PreparedMesh prepare_ascii(const std::string& bytes, const std::string& file) {
         }
         mesh.stream += '\n';
       } else if (same(word, "endloop")) {
-        if (corners != 3)
-          refuse(file, words.line(), fmt::format("a facet has {} vertices instead of 3; correct it", corners));
+        if (corners > 3 || corners < 0)
+          refuse(file, words.line(), "a facet doesn't have 3 vertices; convert the mesh to PLY or OBJ");
+        if (corners < 3) {
+          mesh.stream.resize(loop);
+          mesh.drop_face("line", words.line());
+        } else {
+          ++mesh.faces;
+        }
         corners = -1;
-        ++mesh.faces;
       }
     }
   } while (words.next_line());

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "error.hpp"
+#include "foreign_file.hpp"
 #include "nearest.hpp"
 
 namespace parian {
@@ -69,6 +70,8 @@ toml::table parse_toml_file(const std::string& file) {
   try {
     return toml::parse(text.str(), file);
   } catch (const toml::parse_error& error) {
+    if (const std::string kind = foreign_file(file); !kind.empty())
+      throw Error(ErrorKind::input, fmt::format("{}: {}", file, kind));
     throw Error(ErrorKind::input, fmt::format("{}:{}: {}; correct the TOML", file, error.source().begin.line,
                                               one_line(error.description())));
   }

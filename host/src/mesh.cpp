@@ -5,18 +5,32 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
+#include "corner_normals.hpp"
 #include "error.hpp"
 #include "mesh_topology.hpp"
 #include "triangulate.hpp"
-#include "union_find.hpp"
 
 namespace parian {
 namespace {
 
 [[noreturn]] void refuse(const std::string& message) { throw Error(ErrorKind::input, "mesh: " + message); }
+
+void check_given_normals(const PolygonMesh& polygons) {
+  const std::vector<std::uint32_t>& corners = polygons.corner_normals;
+  if (corners.empty()) {
+    if (!polygons.normals.empty() && polygons.normals.size() != polygons.points.size())
+      refuse(fmt::format("it has {} points, but {} normals; leave them out", polygons.points.size(),
+                         polygons.normals.size()));
+    return;
+  }
+  if (corners.size() != polygons.corners.size())
+    refuse(fmt::format("it has {} corners, but normals for {}; correct it", polygons.corners.size(), corners.size()));
+  for (const std::uint32_t normal : corners)
+    if (normal >= polygons.normals.size() && normal != no_normal)
+      refuse(fmt::format("a face names normal {} of {}; correct the index", normal, polygons.normals.size()));
+}
 
 void check(const PolygonMesh& polygons) {
   if (polygons.face_sizes.empty()) refuse("it has no faces; choose another mesh");
@@ -32,6 +46,7 @@ void check(const PolygonMesh& polygons) {
   for (const std::uint32_t corner : polygons.corners)
     if (corner >= polygons.points.size())
       refuse(fmt::format("a face names point {} of {}; correct the index", corner, polygons.points.size()));
+  check_given_normals(polygons);
   for (std::size_t i = 0; i < polygons.points.size(); ++i) {
     const glm::dvec3& p = polygons.points[i];
     if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
@@ -69,7 +84,9 @@ bool has_no_area(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) 
 /// Triangles without area but with three different corners often close the seam between one edge and two shorter ones,
 /// in CAD exports above all; to drop them would open the mesh. So the triangle across their longest edge is split at
 /// the third corner instead, where both halves have an area. Chains of them need a few passes.
-void absorb_slivers(const std::vector<glm::dvec3>& points, std::vector<glm::uvec3>& triangles) {
+/// Given normals, if there are any, go with their corners.
+void absorb_slivers(const std::vector<glm::dvec3>& points, std::vector<glm::uvec3>& triangles,
+                    std::vector<glm::uvec3>& normals) {
   const auto is_sliver = [&](const glm::uvec3& t) { return has_no_area(points[t[0]], points[t[1]], points[t[2]]); };
   constexpr int passes = 32;
   bool progress = std::any_of(triangles.begin(), triangles.end(), is_sliver);
@@ -89,6 +106,12 @@ void absorb_slivers(const std::vector<glm::dvec3>& points, std::vector<glm::uvec
       const glm::uvec3 first(s[k], apex, middle);
       const glm::uvec3 second(apex, s[(k + 1) % 3], middle);
       if (apex == middle || is_sliver(first) || is_sliver(second)) continue;
+      if (!normals.empty()) {
+        const glm::uvec3 own = normals[t], other = normals[mate / 3];
+        const std::uint32_t end = mate % 3;  // where s[k + 1] is
+        normals[t] = {other[(end + 1) % 3], other[(end + 2) % 3], own[(k + 2) % 3]};
+        normals[mate / 3] = {other[(end + 2) % 3], other[end], own[(k + 2) % 3]};
+      }
       triangles[t] = first;
       triangles[mate / 3] = second;
       touched[t] = touched[mate / 3] = progress = true;
@@ -96,41 +119,72 @@ void absorb_slivers(const std::vector<glm::dvec3>& points, std::vector<glm::uvec
   }
 }
 
-/// Triangles of all faces, with joined points, without those that have no area.
+/// Removes the elements that `is_out` says, of both lists alike; the second may be empty. Returns how many.
+std::size_t erase_both(std::vector<glm::uvec3>& triangles, std::vector<glm::uvec3>& normals, const auto& is_out) {
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (is_out(triangles[t])) continue;
+    if (!normals.empty()) normals[kept] = normals[t];
+    triangles[kept++] = triangles[t];
+  }
+  const std::size_t erased = triangles.size() - kept;
+  triangles.resize(kept);
+  if (!normals.empty()) normals.resize(kept);
+  return erased;
+}
+
+/// The corners of one face with joined points, without those that repeat the one before.
+struct Face {
+  std::vector<std::uint32_t> points, normals;
+
+  void read(const PolygonMesh& polygons, const std::vector<std::uint32_t>& joined, std::size_t begin,
+            std::uint32_t size) {
+    points.clear();
+    normals.clear();
+    for (std::size_t i = begin; i < begin + size; ++i) {
+      const std::uint32_t corner = polygons.corners[i];
+      if (!points.empty() && points.back() == joined[corner]) continue;
+      points.push_back(joined[corner]);
+      if (!polygons.normals.empty())
+        normals.push_back(polygons.corner_normals.empty() ? corner : polygons.corner_normals[i]);
+    }
+    while (points.size() > 1 && points.front() == points.back()) points.pop_back();
+  }
+};
+
+/// Triangles of all faces, with joined points, without those that have no area; and which given normal each corner has,
+/// if there are any.
 std::vector<glm::uvec3> make_triangles(const PolygonMesh& polygons, const std::vector<std::uint32_t>& joined,
-                                       MeshCounts& counts) {
+                                       std::vector<glm::uvec3>& normals, MeshCounts& counts) {
   std::vector<glm::uvec3> triangles;
   triangles.reserve(polygons.corners.size() - 2 * polygons.face_sizes.size());
-  std::vector<std::uint32_t> face;
+  Face face;
   std::vector<glm::dvec3> corners;
   std::vector<glm::uvec3> pieces;
   std::size_t begin = 0;
   for (const std::uint32_t size : polygons.face_sizes) {
-    face.clear();
-    for (std::size_t i = begin; i < begin + size; ++i) {
-      const std::uint32_t point = joined[polygons.corners[i]];
-      if (face.empty() || face.back() != point) face.push_back(point);
-    }
-    while (face.size() > 1 && face.front() == face.back()) face.pop_back();
+    face.read(polygons, joined, begin, size);
     begin += size;
-    if (face.size() < 3) {
+    if (face.points.size() < 3) {
       ++counts.zero_area_faces;
       continue;
     }
     corners.clear();
-    for (const std::uint32_t point : face) corners.push_back(polygons.points[point]);
+    for (const std::uint32_t point : face.points) corners.push_back(polygons.points[point]);
     pieces.clear();
     triangulate(corners, pieces);
     for (const glm::uvec3& t : pieces) {
-      const glm::uvec3 triangle(face[t[0]], face[t[1]], face[t[2]]);
-      if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0])
+      const glm::uvec3 triangle(face.points[t[0]], face.points[t[1]], face.points[t[2]]);
+      if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) {
         ++counts.zero_area_faces;
-      else
-        triangles.push_back(triangle);
+        continue;
+      }
+      triangles.push_back(triangle);
+      if (!face.normals.empty()) normals.emplace_back(face.normals[t[0]], face.normals[t[1]], face.normals[t[2]]);
     }
   }
-  absorb_slivers(polygons.points, triangles);
-  counts.zero_area_faces += std::erase_if(triangles, [&](const glm::uvec3& t) {
+  absorb_slivers(polygons.points, triangles, normals);
+  counts.zero_area_faces += erase_both(triangles, normals, [&](const glm::uvec3& t) {
     return has_no_area(polygons.points[t[0]], polygons.points[t[1]], polygons.points[t[2]]);
   });
   if (triangles.empty()) refuse("none of its triangles has an area; choose another mesh");
@@ -158,69 +212,16 @@ void keep_used_points(const PolygonMesh& polygons, const std::vector<std::uint32
   for (glm::uvec3& t : mesh.triangles) t = {number[t[0]], number[t[1]], number[t[2]]};
 }
 
-/// Angle-weighted normals. A corner's fan is what can be reached from its triangle across edges below the crease angle;
-/// edges at the boundary or with more than two triangles, or two that disagree, always end it.
-void compute_normals(const Topology& topology, double crease_degrees, Mesh& mesh) {
-  const std::vector<glm::uvec3>& triangles = mesh.triangles;
-  std::vector<glm::dvec3> flat(triangles.size());
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const glm::dvec3 a = mesh.positions[triangles[t][0]];
-    flat[t] = glm::cross(mesh.positions[triangles[t][1]] - a, mesh.positions[triangles[t][2]] - a);
-    flat[t] /= glm::length(flat[t]);
-  }
-  const double smooth = std::cos(crease_degrees * std::numbers::pi / 180.0);
-  const auto next = [](std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; };
-  UnionFind fans(3 * triangles.size());
-  for (std::uint32_t h = 0; h < topology.mates.size(); ++h) {
-    const std::uint32_t mate = topology.mates[h];
-    if (mate == no_mate || mate < h || glm::dot(flat[h / 3], flat[mate / 3]) < smooth) continue;
-    fans.join(h, next(mate));
-    fans.join(next(h), mate);
-  }
-  std::vector<std::uint32_t> fan(3 * triangles.size());  // of each corner, numbered by their first corners
-  std::uint32_t count = 0;
-  for (std::uint32_t h = 0; h < fan.size(); ++h) {
-    const std::uint32_t root = fans.find(h);
-    fan[h] = root == h ? count++ : fan[root];
-  }
-  std::vector<glm::dvec3> sums(count, glm::dvec3(0.0));
-  for (std::uint32_t h = 0; h < fan.size(); ++h) {
-    const glm::uvec3& t = triangles[h / 3];
-    const glm::dvec3 at = mesh.positions[t[h % 3]];
-    const glm::dvec3 e = mesh.positions[t[(h + 1) % 3]] - at;
-    const glm::dvec3 f = mesh.positions[t[(h + 2) % 3]] - at;
-    sums[fan[h]] += std::atan2(glm::length(glm::cross(e, f)), glm::dot(e, f)) * flat[h / 3];
-  }
-  mesh.normals.resize(fan.size());
-  for (std::uint32_t h = 0; h < fan.size(); ++h) {
-    const glm::dvec3& sum = sums[fan[h]];
-    // A fan that curls round may cancel, or bend away from one of its triangles: that corner stays flat.
-    const bool usable = glm::dot(sum, flat[h / 3]) > 1e-6 * glm::length(sum);
-    mesh.normals[h] = glm::vec3(usable ? sum / glm::length(sum) : flat[h / 3]);
-  }
+/// Turns closed parts outward; given normals stay with their corners.
+void orient(Topology& topology, std::vector<glm::uvec3>& normals, Mesh& mesh) {
+  const std::vector<glm::uvec3> before = normals.empty() ? std::vector<glm::uvec3>() : mesh.triangles;
+  mesh.counts.parts_turned = orient_closed_parts(mesh.positions, mesh.triangles, topology);
+  for (std::size_t t = 0; t < normals.size(); ++t)
+    if (before[t] != mesh.triangles[t]) std::swap(normals[t][1], normals[t][2]);
 }
 
-}  // namespace
-
-Mesh clean_mesh(PolygonMesh polygons, double crease_degrees) {
-  check(polygons);
-  Mesh mesh;
-  MeshCounts& counts = mesh.counts;
-  counts.faces_read = polygons.face_sizes.size();
-  counts.points_read = polygons.points.size();
-  std::vector<std::uint32_t> joined = join_points(polygons.points);
-  mesh.triangles = make_triangles(polygons, joined, counts);
-  counts.triangles = mesh.triangles.size();
-  keep_used_points(polygons, joined, mesh);
-  polygons = {};  // at millions of triangles each copy counts
-  joined = {};
-  Topology topology = find_topology(mesh.triangles, mesh.positions.size());
-  counts.parts_turned = orient_closed_parts(mesh.positions, mesh.triangles, topology);
-  counts.boundary_edges = topology.boundary_edges;
-  counts.non_manifold_edges = topology.non_manifold_edges;
-  counts.parts = topology.closed.size();
-  mesh.closed = counts.boundary_edges == 0 && counts.non_manifold_edges == 0;
-  compute_normals(topology, crease_degrees, mesh);
+void add_warnings(const Topology& topology, const std::vector<glm::dvec3>& flat, Mesh& mesh) {
+  const MeshCounts& counts = mesh.counts;
   if (counts.boundary_edges > 0)
     mesh.warnings.push_back(fmt::format(
         "the mesh is open ({} boundary edges): it bounds no volume, so treat results near its edges with care",
@@ -229,6 +230,38 @@ Mesh clean_mesh(PolygonMesh polygons, double crease_degrees) {
     mesh.warnings.push_back(fmt::format(
         "{} edges have more than two triangles, or two that disagree: inside and outside aren't clear there",
         counts.non_manifold_edges));
+  if (std::string line = nesting_warning(mesh.positions, mesh.triangles, topology); !line.empty())
+    mesh.warnings.push_back(std::move(line));
+  if (std::string line = facets_warning(topology, flat, mesh); !line.empty()) mesh.warnings.push_back(std::move(line));
+}
+
+}  // namespace
+
+Mesh clean_mesh(PolygonMesh polygons, double crease_degrees) {
+  check(polygons);
+  Mesh mesh;
+  mesh.warnings = std::move(polygons.warnings);
+  MeshCounts& counts = mesh.counts;
+  counts.faces_read = polygons.face_sizes.size();
+  counts.points_read = polygons.points.size();
+  std::vector<std::uint32_t> joined = join_points(polygons.points);
+  std::vector<glm::uvec3> given;  // of each triangle's corners, if there are normals
+  mesh.triangles = make_triangles(polygons, joined, given, counts);
+  counts.triangles = mesh.triangles.size();
+  keep_used_points(polygons, joined, mesh);
+  const std::vector<glm::vec3> normals = std::move(polygons.normals);
+  polygons = {};  // at millions of triangles each copy counts
+  joined = {};
+  Topology topology = find_topology(mesh.triangles, mesh.positions.size());
+  orient(topology, given, mesh);
+  counts.boundary_edges = topology.boundary_edges;
+  counts.non_manifold_edges = topology.non_manifold_edges;
+  counts.parts = topology.closed.size();
+  mesh.closed = counts.boundary_edges == 0 && counts.non_manifold_edges == 0;
+  const std::vector<glm::dvec3> flat = flat_normals(mesh);
+  compute_normals(topology, flat, crease_degrees, mesh);
+  if (!given.empty()) use_given_normals(normals, given, topology, flat, mesh);
+  add_warnings(topology, flat, mesh);
   return mesh;
 }
 

@@ -8,11 +8,17 @@
 
 namespace parian {
 
+/// Stands for a corner that no normal was given for.
+inline constexpr std::uint32_t no_normal = 0xffffffffU;
+
 /// A mesh as a file holds it: points in mesh units and faces of any valence.
 struct PolygonMesh {
   std::vector<glm::dvec3> points;
-  std::vector<std::uint32_t> face_sizes;  ///< corners of each face, >= 3
-  std::vector<std::uint32_t> corners;     ///< point index of each corner, face after face
+  std::vector<std::uint32_t> face_sizes;        ///< corners of each face, >= 3
+  std::vector<std::uint32_t> corners;           ///< point index of each corner, face after face
+  std::vector<glm::vec3> normals{};             ///< given ones, of any length; empty: there are none
+  std::vector<std::uint32_t> corner_normals{};  ///< each corner's among `normals`, or no_normal; empty: those of points
+  std::vector<std::string> warnings{};          ///< of reading it; they go on to the mesh's
 };
 
 /// What clean_mesh met and dealt with.
@@ -40,9 +46,10 @@ struct Mesh {
 };
 
 /// Joins duplicate points, drops unreferenced points and zero-area triangles, triangulates polygons, turns closed
-/// parts that face inward, and computes angle-weighted corner normals split at edges sharper than `crease_degrees`.
-/// Moving a large mesh in saves its copy. Throws Error(input) on NaN or infinite coordinates, indices out of range, or
-/// when no triangle with area is left.
+/// parts that face inward, and takes the given corner normals; where there is none, or one that isn't finite or faces
+/// away, it computes one: angle-weighted, split at edges sharper than `crease_degrees`. Moving a large mesh in saves
+/// its copy. Throws Error(input) on NaN or infinite coordinates, indices out of range, or when no triangle with area is
+/// left.
 [[nodiscard]] Mesh clean_mesh(PolygonMesh polygons, double crease_degrees = 40.0);
 
 }  // namespace parian

@@ -1,7 +1,10 @@
 // Edges by sorting, parts by union-find, orientation by signed volume and nesting by a ray's parity.
 #include "mesh_topology.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <numeric>
 
 #include "union_find.hpp"
@@ -76,6 +79,10 @@ std::vector<Solid> find_solids(const std::vector<glm::dvec3>& positions, const s
   return solids;
 }
 
+bool box_within(const Solid& inner, const Solid& outer) {
+  return glm::all(glm::lessThanEqual(outer.low, inner.low)) && glm::all(glm::greaterThanEqual(outer.high, inner.high));
+}
+
 /// The solids around `solid`, as indices.
 std::vector<std::size_t> find_containers(const std::vector<glm::dvec3>& positions,
                                          const std::vector<glm::uvec3>& triangles, const std::vector<Solid>& solids,
@@ -84,9 +91,8 @@ std::vector<std::size_t> find_containers(const std::vector<glm::dvec3>& position
   const glm::dvec3 p = positions[triangles[inner.triangles.front()][0]];
   std::vector<std::size_t> containers;
   for (std::size_t i = 0; i < solids.size(); ++i) {
-    const bool box_within = i != solid && glm::all(glm::lessThanEqual(solids[i].low, inner.low)) &&
-                            glm::all(glm::greaterThanEqual(solids[i].high, inner.high));
-    if (box_within && is_inside(positions, triangles, solids[i], p)) containers.push_back(i);
+    if (i != solid && box_within(inner, solids[i]) && is_inside(positions, triangles, solids[i], p))
+      containers.push_back(i);
   }
   return containers;
 }
@@ -94,6 +100,37 @@ std::vector<std::size_t> find_containers(const std::vector<glm::dvec3>& position
 double box_volume(const Solid& solid) {
   const glm::dvec3 size = solid.high - solid.low;
   return size.x * size.y * size.z;
+}
+
+/// Order in which whatever holds another comes before it.
+std::vector<std::size_t> by_box_volume(const std::vector<Solid>& solids) {
+  std::vector<std::size_t> order(solids.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return box_volume(solids[a]) > box_volume(solids[b]); });
+  return order;
+}
+
+/// A solid's points that lie farthest in each direction of the axes: where all are within another, so is all of it but
+/// for what pokes out sideways.
+std::array<glm::dvec3, 6> extremes(const std::vector<glm::dvec3>& positions, const std::vector<glm::uvec3>& triangles,
+                                   const Solid& solid) {
+  std::array<glm::dvec3, 6> points;
+  points.fill(positions[triangles[solid.triangles.front()][0]]);
+  for (const std::uint32_t t : solid.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const glm::dvec3& p = positions[triangles[t][k]];
+      for (int axis = 0; axis < 3; ++axis) {
+        if (p[axis] < points[2 * axis][axis]) points[2 * axis] = p;
+        if (p[axis] > points[2 * axis + 1][axis]) points[2 * axis + 1] = p;
+      }
+    }
+  return points;
+}
+
+std::string size_of(const Solid& solid) {
+  const glm::dvec3 size = solid.high - solid.low;
+  return fmt::format("{:.4g} x {:.4g} x {:.4g}", size.x, size.y, size.z);
 }
 
 }  // namespace
@@ -150,13 +187,8 @@ Topology find_topology(const std::vector<glm::uvec3>& triangles, std::size_t poi
 std::size_t orient_closed_parts(const std::vector<glm::dvec3>& positions, std::vector<glm::uvec3>& triangles,
                                 Topology& topology) {
   std::vector<Solid> solids = find_solids(positions, triangles, topology);
-  std::vector<std::size_t> order(solids.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  // A container has the larger box, so that it is decided on before what it contains.
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return box_volume(solids[a]) > box_volume(solids[b]); });
   std::size_t turned = 0;
-  for (const std::size_t i : order) {
+  for (const std::size_t i : by_box_volume(solids)) {
     Solid& solid = solids[i];
     if (solid.volume >= 0.0 && turned == 0) continue;
     const std::vector<std::size_t> around = find_containers(positions, triangles, solids, i);
@@ -174,6 +206,42 @@ std::size_t orient_closed_parts(const std::vector<glm::dvec3>& positions, std::v
   }
   if (turned > 0) topology = find_topology(triangles, positions.size());
   return turned;
+}
+
+std::string nesting_warning(const std::vector<glm::dvec3>& positions, const std::vector<glm::uvec3>& triangles,
+                            const Topology& topology) {
+  if (std::count(topology.closed.begin(), topology.closed.end(), true) < 2) return {};
+  const std::vector<Solid> solids = find_solids(positions, triangles, topology);
+  const std::vector<std::size_t> order = by_box_volume(solids);
+  std::size_t work = 16 * triangles.size() + 100000;  // triangles and boxes that may be looked at
+  const auto spend = [&](std::size_t amount) {
+    const bool enough = work >= amount;
+    work = enough ? work - amount : 0;
+    return enough;
+  };
+  std::size_t count = 0;
+  const Solid *inner = nullptr, *outer = nullptr;
+  for (std::size_t i = 1; i < order.size() && work > 0; ++i)
+    for (std::size_t j = i; j-- > 0 && spend(1);) {  // the smallest that may hold it first
+      const Solid &a = solids[order[i]], &b = solids[order[j]];
+      if (!box_within(a, b) || !spend(6 * b.triangles.size() + a.triangles.size())) continue;
+      const auto points = extremes(positions, triangles, a);
+      if (!std::all_of(points.begin(), points.end(),
+                       [&](const glm::dvec3& p) { return is_inside(positions, triangles, b, p); }))
+        continue;
+      if (count++ == 0) {
+        inner = &a;
+        outer = &b;
+      }
+      break;
+    }
+  if (count == 0) return {};
+  return fmt::format(
+      "{} inside another, {} of {} mm in one of {} mm: light goes on through cavities and gaps as if they "
+      "were filled, so walls thinner than two effective mean free paths (2/sigma_tr) look as if solid; "
+      "leave out what you don't mean",
+      count == 1 ? "a closed part lies" : fmt::format("{} closed parts lie", count), count == 1 ? "one" : "the largest",
+      size_of(*inner), size_of(*outer));
 }
 
 }  // namespace parian

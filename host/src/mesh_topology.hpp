@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <limits>
+#include <string>
 #include <vector>
 
 namespace parian {
@@ -28,5 +29,11 @@ struct Topology {
 /// Updates `topology`; returns the number of parts turned.
 std::size_t orient_closed_parts(const std::vector<glm::dvec3>& positions, std::vector<glm::uvec3>& triangles,
                                 Topology& topology);
+
+/// A warning with the sizes of both if a closed part lies within another: dipoles know surfaces, not paths, so that
+/// light passes cavities and gaps as if they were filled. Empty if none does. Looks no longer than a pass over the mesh
+/// takes, and may then count too few.
+[[nodiscard]] std::string nesting_warning(const std::vector<glm::dvec3>& positions,
+                                          const std::vector<glm::uvec3>& triangles, const Topology& topology);
 
 }  // namespace parian
