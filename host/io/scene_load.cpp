@@ -10,6 +10,7 @@
 #include "medium.hpp"
 #include "mesh_file.hpp"
 #include "nearest.hpp"
+#include "rounding.hpp"
 #include "scene_file.hpp"
 
 namespace parian {
@@ -58,6 +59,8 @@ void place_mesh(PolygonMesh& mesh, const SceneFile& scene) {
     }
     unit = *scene.size_mm / box.longest();
   }
+  if (std::string line = rounding_warning(mesh.points, box.low, box.high); !line.empty())
+    mesh.warnings.push_back(std::move(line));
   const glm::dvec3 origin = scene.object.centred ? box.centre() : glm::dvec3(0.0);
   const glm::dmat3 linear = rotation(scene.object.rotate);
   const double factor = scene.object.scale * unit;
@@ -66,6 +69,7 @@ void place_mesh(PolygonMesh& mesh, const SceneFile& scene) {
     p = linear * (factor * (p - origin)) + scene.object.translate;
     farthest = std::max({farthest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
   }
+  for (glm::vec3& n : mesh.normals) n = glm::vec3(linear * glm::dvec3(n));
   if (!std::isfinite(factor) || farthest > largest_length) {
     throw Error(ErrorKind::input,
                 fmt::format("{}: the object reaches {} mm from the origin, more than {}; give another "

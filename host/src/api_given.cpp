@@ -2,11 +2,13 @@
 #include "api_given.hpp"
 
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
 #include "geometry.hpp"
 #include "plan.hpp"
+#include "rounding.hpp"
 
 namespace parian {
 namespace {
@@ -43,6 +45,18 @@ std::vector<glm::dvec3> host_positions(const parian_mesh& m) {
   return positions;
 }
 
+/// Indices out of range are left to clean_mesh.
+void warn_of_rounding(PolygonMesh& mesh) {
+  glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
+  for (const std::uint32_t corner : mesh.corners) {
+    if (corner >= mesh.points.size()) return;
+    low = glm::min(low, mesh.points[corner]);
+    high = glm::max(high, mesh.points[corner]);
+  }
+  if (std::string line = rounding_warning(mesh.points, low, high); !line.empty())
+    mesh.warnings.push_back(std::move(line));
+}
+
 }  // namespace
 
 void refuse(const std::string& what) { throw Error(ErrorKind::usage, what); }
@@ -73,6 +87,7 @@ Mesh host_mesh(const parian_mesh& m) {
     polygons.points = host_positions(m);
     polygons.corners.assign(m.indices, m.indices + corners);
     polygons.face_sizes.assign(m.n_triangles, 3);
+    if (m.positions) warn_of_rounding(polygons);
     return clean_mesh(std::move(polygons));
   }
   if (!m.normals) refuse("mesh: normals is NULL; give them, or PARIAN_NORMALS_NONE");
