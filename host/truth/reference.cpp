@@ -333,8 +333,20 @@ Image reference_image(const ReferenceState& state) {
 }
 
 ReferenceState reference_state(const Image& image, std::uint32_t batches, std::uint32_t samples) {
-  if (image.standard_error.empty() || batches < 2 || samples < 1)
-    throw Error(ErrorKind::input, "the picture doesn't say its standard error; start a new one");
+  const auto refuse = [](const std::string& what) {
+    throw Error(ErrorKind::input, what + "; start a new one with another -o, or make this one again");
+  };
+  const std::size_t pixels = std::size_t{image.width} * image.height;
+  if (image.standard_error.size() != 3 * pixels || image.rgba.size() != 4 * pixels)
+    refuse("the picture doesn't say its standard error");
+  if (batches < 2 || batches > most_batches) refuse(fmt::format("no picture is of {} batches", batches));
+  if (samples < 1 || samples > most_samples) refuse(fmt::format("no batch is of {} camera rays per pixel", samples));
+  for (const float value : image.rgba)
+    if (!std::isfinite(value)) refuse("a value of the picture isn't finite");
+  for (std::size_t i = 3; i < image.rgba.size(); i += 4)
+    if (!(image.rgba[i] >= 0.0F && image.rgba[i] <= 1.0F)) refuse("a pixel's alpha isn't between 0 and 1");
+  for (const float error : image.standard_error)
+    if (!(error >= 0.0F && std::isfinite(error))) refuse("a standard error is negative or isn't finite");
   ReferenceState state{image.width, image.height, batches, samples, {image.rgba.begin(), image.rgba.end()}, {}};
   for (const double error : image.standard_error) state.squared.push_back(error * error * batches * (batches - 1.0));
   return state;

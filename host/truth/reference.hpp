@@ -48,8 +48,12 @@ void render_reference(const Scene& scene, const ReferenceSettings& settings, Ref
 /// The picture with its standard error.
 [[nodiscard]] Image reference_image(const ReferenceState& state);
 
-/// The state that a picture made by reference_image came from, to single precision. Throws Error(input) unless it has
-/// a standard error and at least two batches.
+/// Most batches and camera samples that a picture can be said to come from: what adds to them mustn't overflow.
+inline constexpr std::uint32_t most_batches = 1U << 30, most_samples = 1U << 16;
+
+/// The state that a picture made by reference_image came from, to single precision. Throws Error(input) unless it can
+/// have: two batches or more and at most what's above, values that are finite, alpha from 0 to 1, and a standard error
+/// that isn't negative.
 [[nodiscard]] ReferenceState reference_state(const Image& image, std::uint32_t batches, std::uint32_t samples);
 
 /// Sixteen hexadecimal digits that differ when anything does that the picture depends on, random numbers apart: mesh,
