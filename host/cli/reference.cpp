@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -45,16 +46,24 @@ std::filesystem::path resumable(const ReferenceOptions& options) {
   throw Error(ErrorKind::usage, "--resume: none of the outputs keeps the standard error; add -o FILE.exr");
 }
 
+/// A count in a note, or 0 for what is none.
+std::uint32_t count_of(const std::string& note) {
+  std::uint32_t count = 0;
+  const char* end = note.data() + note.size();
+  const auto [stop, fault] = std::from_chars(note.data(), end, count);
+  return fault == std::errc() && stop == end ? count : 0;
+}
+
 /// The state in an earlier picture, or a new one where there is none.
-ReferenceState earlier_state(const std::filesystem::path& path, const std::string& wanted) {
+ReferenceState earlier_state(const std::filesystem::path& path, const std::string& wanted, glm::uvec2 film,
+                             std::uint32_t samples) {
   if (!std::filesystem::exists(path)) return {};
   const auto notes = read_notes(path);
   const auto note = [&](const char* name) {
     const auto at = notes.find(name);
     return at == notes.end() ? std::string() : at->second;
   };
-  const auto whole = [&](const char* name) { return static_cast<std::uint32_t>(parse_number(note(name)).value_or(0)); };
-  if (note("fingerprint").empty() || whole("batches") < 2 || whole("samples") < 1) {
+  if (note("fingerprint").empty() || note("batches").empty() || note("samples").empty()) {
     throw Error(ErrorKind::input, fmt::format("{}: --resume: is no picture that 'parian reference' made; give another "
                                               "-o, or leave --resume out to replace it",
                                               path.string()));
@@ -65,7 +74,22 @@ ReferenceState earlier_state(const std::filesystem::path& path, const std::strin
                             "model; give the same options, or another -o",
                             path.string()));
   }
-  return reference_state(read_image(path), whole("batches"), whole("samples"));
+  const auto refuse = [&](const std::string& what) {
+    throw Error(ErrorKind::input, fmt::format("{}: --resume: {}", path.string(), what));
+  };
+  const Image image = read_image(path);
+  if (image.width != film.x || image.height != film.y)
+    refuse(fmt::format("has {}x{} pixels, where the film has {}x{}; give another -o", image.width, image.height, film.x,
+                       film.y));
+  if (count_of(note("samples")) > samples)
+    refuse(fmt::format("batches of a film of {}x{} have at most {} camera rays per pixel, not {:.20}; give another -o",
+                       film.x, film.y, samples, note("samples")));
+  try {
+    return reference_state(image, count_of(note("batches")), count_of(note("samples")));
+  } catch (const Error& error) {
+    refuse(error.what());
+  }
+  return {};
 }
 
 void write_outputs(const ReferenceOptions& options, const Input& input, const ReferenceSettings& settings,
@@ -104,7 +128,8 @@ int run_reference(const ReferenceOptions& options) {
   for (const std::string& warning : input.scene.mesh.warnings)
     say(fmt::format("warning: {}: {}", input.mesh_file, warning));
   const std::string mark = fingerprint(input.scene, settings.model);
-  ReferenceState state = options.resume ? earlier_state(resumable(options), mark) : ReferenceState();
+  ReferenceState state =
+      options.resume ? earlier_state(resumable(options), mark, input.scene.film, settings.samples) : ReferenceState();
   const std::uint32_t resumed = state.batches;
 
   Settings shown;  // what the progress bar takes the end from

@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
-#include <cctype>
 #include <fstream>
 #include <string_view>
+
+#include "ascii.hpp"
 
 namespace parian {
 namespace {
@@ -121,10 +121,7 @@ std::string kind_by_name(std::string_view extension) {
 }  // namespace
 
 std::string foreign_file(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const std::string by_name = kind_by_name(extension);
+  const std::string by_name = kind_by_name(ascii::lower(path.extension().string()));
   const std::string by_contents = kind_by_contents(read_head(path), by_name);
   return by_contents.empty() ? by_name : by_contents;
 }
