@@ -132,7 +132,13 @@ typedef enum parian_normals {
  * is cut off from light maps and layers, which the next call that waits lists as a warning. Triangles with an index out
  * of range, or with a corner that isn't finite or lies two radii from the centre, are not drawn; beside a radius, one
  * that lies alone, farther off than the others reach twice, isn't measured. Normals are computed on the device: where a
- * vertex' smooth normal is more than 40 degrees off the triangle's, the triangle's own. */
+ * vertex' smooth normal is more than 40 degrees off the triangle's, the triangle's own.
+ *
+ * All parts are one medium, and dipoles know surfaces, not paths: light passes cavities, and air gaps between parts, as
+ * if they were filled, and several shells are as one solid. Behind walls thicker than two effective mean free paths,
+ * 2 / sqrt(3 sigma_a ((1 - g) sigma_s + sigma_a)), that hardly matters; of thinner ones the picture is as of a solid.
+ * Warnings tell of closed parts inside others, of coarse triangles whose facets will show, and of float positions so
+ * far from the origin that their steps do; of host meshes without normals only. */
 typedef struct parian_mesh {
   size_t struct_size;
   uint32_t n_positions;
