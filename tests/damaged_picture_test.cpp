@@ -1,5 +1,6 @@
 // Pictures that promise what they don't hold, and references that claim what can't be.
 #include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
@@ -56,6 +57,25 @@ void write_exr(const std::filesystem::path& path, int width, int height, const s
   ASSERT_TRUE(output->write_image(OIIO::TypeFloat, values.data()) && output->close());
 }
 
+/// A TIFF of floats in one strip that holds four bytes.
+std::string lying_tiff(std::uint16_t side) {
+  std::string bytes("II*\0\x08\0\0\0", 8);
+  const auto append = [&](std::uint32_t number, int count) {
+    for (int i = 0; i < count; ++i) bytes += static_cast<char>(number >> 8 * i);
+  };
+  const std::vector<std::array<std::uint32_t, 2>> tags{{256, side}, {257, side}, {258, 32},   {259, 1}, {262, 2},
+                                                       {273, 122},  {277, 3},    {278, side}, {279, 4}};
+  append(static_cast<std::uint32_t>(tags.size()), 2);
+  for (const auto& [tag, value] : tags) {
+    append(tag, 2);
+    append(4, 2);  // a 32-bit number
+    append(1, 4);
+    append(value, 4);
+  }
+  append(0, 4);
+  return bytes + "abcd";
+}
+
 /// Replaces the four numbers of an EXR's data window.
 std::string with_window(std::string exr, std::array<std::int32_t, 4> window) {
   for (const char* name : {"dataWindow", "displayWindow"}) {
@@ -87,9 +107,30 @@ TEST(DamagedPicture, PromisesAreHeldAgainstTheFileBeforeAnythingIsAllocated) {
   EXPECT_NE(refusal(scratch / "a.pfm"), "nothing");
   scratch.write("a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16384 +X 16384\nabcd");
   EXPECT_NE(refusal(scratch / "a.hdr"), "nothing");
+  scratch.write("a.tif", lying_tiff(16384));
+  EXPECT_NE(refusal(scratch / "a.tif"), "nothing");
+  std::string fits;
+  for (const char* card :
+       {"SIMPLE  =                    T", "BITPIX  =                  -32", "NAXIS   =                    3",
+        "NAXIS1  =                16384", "NAXIS2  =                16384", "NAXIS3  =                    3", "END"})
+    fits += fmt::format("{:<80}", card);
+  scratch.write("a.fits", fmt::format("{:<2880}", fits) + "abcd");
+  EXPECT_NE(refusal(scratch / "a.fits"), "nothing");
   // What has no magic number takes anything for its own: only the format that the name asks for is tried.
-  scratch.write("text.exr", small.substr(0, 50) + std::string(60, '\1'));
+  scratch.write("text.exr", "x" + small);
   EXPECT_TRUE(has(refusal(scratch / "text.exr"), "no picture that can be read"));
+  // So do attributes of a header, which OpenEXR allocates as they say.
+  std::string attribute = small;
+  const std::string name = std::string("Software\0string", 15);
+  const std::size_t at = attribute.find(name) + name.size() + 1;
+  ASSERT_LT(at, attribute.size());
+  attribute[at + 3] = '\x7f';
+  scratch.write("attribute.exr", attribute);
+  EXPECT_TRUE(has(refusal(scratch / "attribute.exr"), "promises an attribute of 2130706"));
+  for (const std::size_t size : {std::size_t{8}, at - 20, at + 2, at + 8}) {
+    scratch.write("cut.exr", small.substr(0, size));
+    EXPECT_TRUE(has(refusal(scratch / "cut.exr"), "no picture that can be read")) << size;
+  }
   EXPECT_LT(peak() - before, 100e6) << "bytes touched";
 }
 

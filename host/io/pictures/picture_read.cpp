@@ -6,6 +6,7 @@
 #include <array>
 
 #include "error.hpp"
+#include "exr_header.hpp"
 #include "foreign_file.hpp"
 #include "pictures.hpp"
 
@@ -53,6 +54,8 @@ std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& path) {
   std::error_code failed;
   if (!std::filesystem::exists(path, failed)) refuse(path, "there is no such file", "check the name");
   if (!std::filesystem::is_regular_file(path, failed)) refuse(path, "is not a file", "give a picture");
+  if (const std::string fault = exr_header_fault(path); !fault.empty())
+    refuse(path, "is no picture that can be read (" + fault + ")", "make it again");
   // The reader that the name asks for and no other: those of formats without a magic number take anything for a
   // picture, and allocate what it seems to promise.
   OIIO::attribute("try_all_readers", 0);
