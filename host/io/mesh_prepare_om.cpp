@@ -62,6 +62,13 @@ Counts read_counts(Reader& reader, const std::string& file) {
   return counts;
 }
 
+/// How many values a block about `entity` has.
+std::uint64_t items_of(unsigned entity, const Counts& counts) {
+  if (entity == vertex) return counts.vertices;
+  if (entity == face) return counts.faces;
+  return entity == edge ? counts.edges : entity == halfedge ? 2 * counts.edges : 1;
+}
+
 /// Faces of versions before 2.0 are lists of corners.
 void skip_old_faces(Reader& reader, char shape, std::uint64_t faces, std::size_t index_size) {
   for (std::uint64_t i = 0; i < faces; ++i)
@@ -143,11 +150,7 @@ PreparedMesh prepare_om(const std::string& bytes, const std::string& file) {
     const unsigned bits = head >> 14 & 3U;
     if (entity == sentinel) break;
     if (named) reader.skip(reader.number(1), 1);
-    const std::uint64_t items = entity == vertex     ? counts.vertices
-                                : entity == face     ? counts.faces
-                                : entity == edge     ? counts.edges
-                                : entity == halfedge ? 2 * counts.edges
-                                                     : 1;
+    const std::uint64_t items = items_of(entity, counts);
     bool keep = false;
     if (kind == custom) {
       skip_custom(reader, version);
