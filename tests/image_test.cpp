@@ -305,7 +305,7 @@ TEST(ImageTest, FullDiskKeepsTheOldFile) {
       const SmallDisk disk(bytes);
       EXPECT_THROW(write_image(file, image, notes, {}), Error) << extension << ' ' << bytes << " of " << whole;
     }
-    EXPECT_EQ(read_bytes(file), "old") << extension;
+    EXPECT_TRUE(read_bytes(file) == "old") << extension;
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(scratch.folder()), {}), 1) << "left something behind";
   }
 }
