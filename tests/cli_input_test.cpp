@@ -87,6 +87,12 @@ TEST_F(CliInput, WhatAMeshHoldsAndLacksIsSaid) {
   EXPECT_NE(outcome.err.find("parian: warning: face2.obj: what else the file holds is left out (materials)"),
             std::string::npos)
       << outcome.err;
+  scratch_.write("inverse.toml",
+                 "[[object]]\nmesh = \"tet.obj\"\nmaterial = \"a\"\n[material.a]\nsigma_s = [1, 1, 1]\n"
+                 "sigma_a = [0.01, 0.01, 0.01]\nior = 0.8\n");
+  for (const char* command :
+       {"render inverse.toml --dry-run", "reference inverse.toml -o a.exr --size 8x8 --error 1e6"})
+    EXPECT_NE(run(command).err.find("parian: warning: material 'a': ior 0.8 is below 1"), std::string::npos) << command;
   scratch_.write("a.glb", "glTF");
   expect_error("render a.glb -o a.exr", 3, "a.glb: glTF isn't read; export the mesh as .ply");
 }

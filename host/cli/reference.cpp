@@ -11,6 +11,7 @@
 
 #include "commands.hpp"
 #include "interrupt.hpp"
+#include "medium.hpp"
 #include "progress.hpp"
 #include "terminal.hpp"
 
@@ -127,6 +128,7 @@ int run_reference(const ReferenceOptions& options) {
   settings.samples = std::clamp(rays_per_batch / pixels, 1U, settings.samples);  // no batch of a large film takes hours
   for (const std::string& warning : input.scene.mesh.warnings)
     say(fmt::format("warning: {}: {}", input.mesh_file, warning));
+  for (const std::string& doubt : doubts_of(input.scene.material)) say("warning: " + doubt);
   const std::string mark = fingerprint(input.scene, settings.model);
   ReferenceState state =
       options.resume ? earlier_state(resumable(options), mark, input.scene.film, settings.samples) : ReferenceState();

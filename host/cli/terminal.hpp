@@ -12,7 +12,8 @@ namespace parian {
 /// that turn the direction of writing, and what isn't UTF-8 become '?'.
 [[nodiscard]] std::string printable(std::string_view text);
 
-/// Prints "parian: LINE" on standard error, with options for the settings that it marks, made printable. Never fails: there is nowhere left to say so.
+/// Prints "parian: LINE" on standard error, with options for the settings that it marks, made printable. Never fails:
+/// there is nowhere left to say so.
 void say(std::string_view line);
 
 /// Prints results as they are, which callers vouch for. What is lost shows in flush_results().
