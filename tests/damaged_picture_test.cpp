@@ -102,6 +102,10 @@ TEST(DamagedPicture, PromisesAreHeldAgainstTheFileBeforeAnythingIsAllocated) {
                 has(said, "no picture that can be read"))
         << said;
   }
+  // As many chunks as promised, so that OpenEXR has nothing against the file.
+  write_exr(scratch / "thin.exr", 1, 8192, "dwab");
+  scratch.write("lies.exr", with_window(read_bytes(scratch / "thin.exr"), {0, 0, 16383, 8191}));
+  EXPECT_TRUE(has(refusal(scratch / "lies.exr"), "promises 16384x8192 pixels of 4 channels, which don't fit into its"));
   // Other formats promise too. The header of a PFM is text, and an RGBE's is.
   scratch.write("a.pfm", "PF\n16384 16384\n-1.0\nabcd");
   EXPECT_NE(refusal(scratch / "a.pfm"), "nothing");

@@ -194,7 +194,8 @@ TEST(MeshWarnings, PartsBesideEachOtherAreNotInside) {
   PolygonMesh beside;
   add_ball(beside, glm::dvec3(0), 50, 48);
   add_ball(beside, glm::dvec3(36), 3, 48);  // in the corner of its box
-  add_ball(beside, {0, 48, 0}, 5, 48);      // pokes out
+  add_ball(beside, glm::dvec3(28), 4, 48);  // pokes out
+  add_ball(beside, {0, 48, 0}, 5, 48);      // and of its box too
   EXPECT_EQ(said(clean_mesh(beside), "inside another"), "");
   PolygonMesh open = ball(48);  // an open bowl round a ball isn't closed
   open.face_sizes.resize(open.face_sizes.size() - 48);
