@@ -154,8 +154,11 @@ std::string facets_warning(const Topology& topology, const std::vector<glm::dvec
   }
   if (!(faceted >= least_share * whole)) return {};
   std::sort(angles.begin(), angles.end());
-  auto typical = angles.begin();
-  for (double below = typical->second; below < 0.5 * faceted; below += typical->second) ++typical;
+  double below = 0.0;
+  const auto typical = std::find_if(angles.begin(), angles.end() - 1, [&](const auto& angle) {
+    below += angle.second;
+    return below >= 0.5 * faceted;
+  });
   return fmt::format(
       "coarse mesh: {:.0f} degrees between neighbouring triangles, over {:.0f} % of the surface: facets "
       "will show, as light arrives by flat triangles; subdivide it",

@@ -28,6 +28,37 @@ void finite_or_refused(parian_renderer* r, parian_status so_far, const std::stri
   EXPECT_EQ(bad, 0) << what;
 }
 
+/// All warnings of a plan of the scene, one after the other.
+std::string warnings_of(const SmallScene& scene, const parian_mesh& mesh) {
+  const Handle r = create();
+  auto statistics = sized<parian_statistics>();
+  parian_status s = parian_set_mesh(r.get(), &mesh);
+  if (s == PARIAN_SUCCESS) s = scene.describe(r.get());
+  if (s == PARIAN_SUCCESS) s = parian_plan(r.get(), nullptr);
+  if (s == PARIAN_SUCCESS) s = parian_get_statistics(r.get(), &statistics);
+  EXPECT_EQ(s, PARIAN_SUCCESS) << parian_message();
+  std::string all;
+  for (std::size_t i = 0; i < statistics.n_warnings; ++i) {
+    const char* text = nullptr;
+    EXPECT_EQ(parian_get_warning(r.get(), i, &text), PARIAN_SUCCESS);
+    all += std::string(text) + '\n';
+  }
+  return all;
+}
+
+TEST(Extremes, MeshesThatLookOtherwiseThanMeantAreWarnedOf) {
+  SmallScene scene;
+  EXPECT_NE(warnings_of(scene, scene.mesh()).find("coarse mesh: "), std::string::npos);
+  std::vector<double> far(scene.positions.begin(), scene.positions.end());
+  for (double& x : far) x += 5400000.0;
+  parian_mesh doubles = scene.mesh();
+  doubles.positions = nullptr;
+  doubles.positions_double = far.data();
+  EXPECT_EQ(warnings_of(scene, doubles).find("in steps of"), std::string::npos);
+  for (float& x : scene.positions) x += 5400000.0F;
+  EXPECT_NE(warnings_of(scene, scene.mesh()).find("comes in steps of 0.5"), std::string::npos);
+}
+
 TEST(Extremes, Cameras) {
   const SmallScene scene;
   const Handle r = create();
