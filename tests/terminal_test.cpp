@@ -13,7 +13,6 @@ namespace {
 
 using test::OnTerminal;
 using test::Outcome;
-using test::read_bytes;
 
 class TerminalTest : public test::CommandTest {};
 
@@ -55,7 +54,7 @@ bool acts(const std::string& text) {
     if ((c < 0x20 && c != '\n') || c == 0x7f) return true;
   for (const char* character : {"\u0085", "\u009b", "\u2028", "\u202e", "\u2066"})
     if (text.find(character) != std::string::npos) return true;
-  return text.find("\xff") != std::string::npos;
+  return text.find('\xff') != std::string::npos;
 }
 
 /// Every line on standard error is the tool's own.
