@@ -60,7 +60,7 @@ TEST(ChildProcess, EndsWithItsParent) {
   kill(parent, SIGTERM);
   waitpid(parent, nullptr, 0);
   pollfd waited{ends[0], POLLIN, 0};
-  EXPECT_EQ(poll(&waited, 1, 60'000), 1) << "the child lives on";
+  ASSERT_EQ(poll(&waited, 1, 60'000), 1) << "the child lives on";
   EXPECT_EQ(read(ends[0], &byte, 1), 0);  // nobody has the other end any more
   close(ends[0]);
 }
