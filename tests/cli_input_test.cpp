@@ -93,6 +93,13 @@ TEST_F(CliInput, WhatAMeshHoldsAndLacksIsSaid) {
   for (const char* command :
        {"render inverse.toml --dry-run", "reference inverse.toml -o a.exr --size 8x8 --error 1e6"})
     EXPECT_NE(run(command).err.find("parian: warning: material 'a': ior 0.8 is below 1"), std::string::npos) << command;
+  // A needle beside a ball, a thousandth of a pixel wide.
+  scratch_.write("needle.off",
+                 "OFF\n8 8 0\n60 0 0\n100 0 0\n60 40 0\n60 0 40\n-0.001 50 0\n0.001 50 0\n0 50 0.002\n"
+                 "0 -50 0\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n3 4 5 6\n3 4 7 5\n3 5 7 6\n3 6 7 4\n");
+  const std::string thin = run("render needle.off --size 64x64 --dry-run").err;
+  EXPECT_NE(thin.find("1 of 2 parts are thinner than subpixel positions lie apart"), std::string::npos) << thin;
+  EXPECT_EQ(run("render tet.obj --size 64x64 --dry-run").err.find("thinner"), std::string::npos);
   scratch_.write("a.glb", "glTF");
   expect_error("render a.glb -o a.exr", 3, "a.glb: glTF isn't read; export the mesh as .ply");
 }

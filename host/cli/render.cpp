@@ -12,6 +12,7 @@
 #include "statistics.hpp"
 #include "terminal.hpp"
 #include "whole_file.hpp"
+#include "words.hpp"
 
 namespace parian {
 namespace {
@@ -34,7 +35,7 @@ class Warnings {
     const auto& of_mesh = input_.scene.mesh.warnings;
     for (const std::string& warning : warnings) {
       const bool mesh = std::find(of_mesh.begin(), of_mesh.end(), warning) != of_mesh.end();
-      const std::string line = mesh ? input_.mesh_file + ": " + warning : warning;
+      const std::string line = in_command_words(mesh ? input_.mesh_file + ": " + warning : warning);
       if (std::find(said_.begin(), said_.end(), line) != said_.end()) continue;
       parian::say("warning: " + line);
       said_.push_back(line);

@@ -12,6 +12,7 @@
 #include "nearest.hpp"
 #include "rounding.hpp"
 #include "scene_file.hpp"
+#include "thin_parts.hpp"
 
 namespace parian {
 namespace {
@@ -223,6 +224,7 @@ Input load_input(const std::filesystem::path& path, const Overrides& overrides) 
                 fmt::format("{}: doesn't fit in memory; use a mesh with fewer triangles", file.object.mesh.string()));
   }
   choose_cameras(scene, file, overrides);
+  if (std::string line = thin_parts_warning(scene); !line.empty()) scene.mesh.warnings.push_back(std::move(line));
   return input;
 }
 
