@@ -24,7 +24,7 @@ std::string refusal(const std::filesystem::path& path) {
     (void)read_image(path);
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::input);
-    const std::string message = error.what();
+    std::string message = error.what();
     EXPECT_TRUE(message.starts_with(path.string())) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
     return message;

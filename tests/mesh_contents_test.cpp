@@ -1,4 +1,5 @@
 // read_mesh_file: strips, bad faces, given normals, what is left out, and files of other kinds.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <OpenMesh/Core/IO/MeshIO.hh>
@@ -111,8 +112,8 @@ TEST_F(MeshContents, BadFacesAreLeftOutAndCounted) {
   const std::string faces = "3 0 2 1\n2 0 1\n3 0 1 3\n0\n";
   const Faces kept{{0, 2, 1}, {0, 1, 3}};
   for (const auto& [name, bytes, line] :
-       {std::tuple{"a.ply", ply("", "element face 4\n" + ply_faces + four_points + faces), "line 15"},
-        std::tuple{"a.off", "OFF\n4 4 0\n" + four_points + faces, "line 8"}}) {
+       {std::tuple{"a.ply", ply("", fmt::format("element face 4\n{}{}{}", ply_faces, four_points, faces)), "line 15"},
+        std::tuple{"a.off", fmt::format("OFF\n4 4 0\n{}{}", four_points, faces), "line 8"}}) {
     const std::string said = warning(name, bytes);
     EXPECT_TRUE(has(said, "2 faces") && has(said, line)) << said;
     EXPECT_EQ(faces_of(read(name, bytes)), kept) << name;
