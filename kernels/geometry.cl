@@ -52,9 +52,10 @@ __kernel void geometry_bounds(const uint n_triangles, const uint n_positions, __
                               const uint first_index, __global const float* source, const uint first, const uint stride,
                               const float4 centre, const float4 centre_rest, const float inverse_unit,
                               const float limit, const float4 other, const float4 other_rest, __global uint* bounds) {
+  const uint start = (uint)get_global_id(0), step = (uint)get_global_size(0);
   float3 low = (float3)(INFINITY), high = (float3)(-INFINITY);
   float largest = 0.0f;
-  for (uint i = (uint)get_global_id(0); i < n_triangles; i += (uint)get_global_size(0)) {
+  for (uint i = start; i < n_triangles; i += step) {
     float3 corners[3];
     if (!read_corners(i, n_positions, indices, first_index, source, first, stride, corners)) continue;
     if (as_uint(reach_sq(corners, centre, centre_rest, inverse_unit)) > as_uint(limit)) continue;

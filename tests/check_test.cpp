@@ -13,6 +13,7 @@
 #include "self_test.hpp"
 #include "stiff_scenes.hpp"
 #include "test_scene.hpp"
+#include "words.hpp"
 
 namespace parian {
 namespace {
@@ -99,7 +100,7 @@ TEST(SelfTest, NamesWhatIsBroken) {
       (void)require_sound(device.compute, settings, 1);
       ADD_FAILURE() << b.name << " is broken, and the device not refused";
     } catch (const Error& error) {
-      const std::string text = error.what();
+      const std::string text = in_command_words(error.what());
       EXPECT_EQ(error.kind(), ErrorKind::device);
       EXPECT_NE(text.find(fmt::format("'{}'", b.name)), std::string::npos) << text;
       EXPECT_NE(text.find(device.compute.info().name), std::string::npos) << text;

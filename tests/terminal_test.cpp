@@ -24,7 +24,7 @@ TEST_F(TerminalTest, LostResultsAre5InOneLine) {
         std::string("check --help >/dev/full"), std::string("materials >/dev/full"),
         std::string("materials --json >&-"), std::string("devices --json >/dev/full"),
         std::string("compare a.exr a.exr >/dev/full"), std::string("compare a.exr a.exr --json >&-"),
-        std::string("reference tet.obj --size 8x8 --error 1e6 -o b.exr >/dev/full"),
+        std::string("reference tet.obj --size 4x4 --error 1e6 -o b.exr >/dev/full"),
         std::string("check --vectors '" PARIAN_TEST_DATA "/vectors.json' >/dev/full"), render + "--dry-run >/dev/full",
         render + "--explain -o c.exr >/dev/full", render + "--error 0 --frames 1 -o d.exr >&-",
         fmt::format("bench {} --json >/dev/full", render.substr(7))})

@@ -11,6 +11,7 @@
 #include "self_test.hpp"
 #include "terminal.hpp"
 #include "trial.hpp"
+#include "words.hpp"
 
 namespace parian {
 namespace {
@@ -46,7 +47,7 @@ Json failures_of(const std::string& selector) {
          with_device_errors(compute.info(), [&] { return self_test(compute, ordinary_settings().model, plan.lanes); }))
       if (!a.passed) failed.push_back({{"check", a.name}, {"found", a.found}});
   } catch (const Error& error) {
-    failed.push_back({{"check", "run"}, {"found", error.what()}});
+    failed.push_back({{"check", "run"}, {"found", in_command_words(error.what())}});
   }
   return failed;
 }

@@ -170,10 +170,12 @@ void Compute::build(const std::string& options, const std::string& program) {
     built_from_.clear();
     kernels_.clear();
     in_driver([&] { program_ = cl::Program(context_, program); });
-    try {
-      in_driver([&] { program_.build(device_, options.c_str()); });
-    } catch (const cl::Error& e) {
-      if (e.err() != CL_BUILD_PROGRAM_FAILURE) throw;
+    // Not by cl::Program: it allocates on its way back, and a failure of that is none of the driver's.
+    const cl_device_id device = device_();
+    const cl_int code =
+        in_driver([&] { return clBuildProgram(program_(), 1, &device, options.c_str(), nullptr, nullptr); });
+    if (code != CL_SUCCESS) {
+      if (code != CL_BUILD_PROGRAM_FAILURE) throw cl::Error(code, "clBuildProgram");
       const std::string log = program_.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device_);
       const std::size_t at = log.find("error"), begin = at == std::string::npos ? 0 : log.rfind('\n', at) + 1;
       throw Error(ErrorKind::device, info_.name + ": the kernels don't compile (" +

@@ -11,6 +11,7 @@
 #include "plan.hpp"
 #include "self_test.hpp"
 #include "stiff_scenes.hpp"
+#include "words.hpp"
 
 namespace parian {
 namespace {
@@ -51,7 +52,7 @@ Finding run_finding(const std::function<Finding(Trial&)>& run, Trial& trial) {
   try {
     return run(trial);
   } catch (const std::exception& error) {
-    return {INFINITY, 0, error.what()};
+    return {INFINITY, 0, in_command_words(error.what())};
   }
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "plan.hpp"
+#include "words.hpp"
 
 namespace parian {
 
@@ -20,7 +21,7 @@ Finding refused(const std::function<void()>& f, const std::vector<std::string>& 
   try {
     f();
   } catch (const Error& error) {
-    const std::string text = error.what();
+    const std::string text = in_command_words(error.what());
     for (const std::string& word : words)
       if (text.find(word) == std::string::npos) return {inf, 0, fmt::format("refused without '{}': {}", word, text)};
     return {0, 0, "refused: " + text};

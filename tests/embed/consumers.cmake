@@ -18,7 +18,7 @@ function(consume folder language)
     set(program ${SOURCE}/tests/embed/minimal.cpp)
     set(says "parian ${VERSION}:")
   endif()
-  run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed/consumer -B ${folder} ${TOOLCHAIN} -DCMAKE_BUILD_TYPE=Release
+  run(${CMAKE_COMMAND} -S ${SOURCE}/tests/embed/consumer -B ${folder} ${TOOLCHAIN} -DCMAKE_BUILD_TYPE=None
     -DLANGUAGE=${language} -DPROGRAM=${program} -DVERSION=${VERSION} ${ARGN})
   run(${CMAKE_COMMAND} --build ${folder} --parallel)
   run(${folder}/consumer)
