@@ -1,8 +1,14 @@
-// What is known of an OpenCL device.
+// OpenCL's devices: what is known of each, and the choice of one.
 #pragma once
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
+
+namespace cl {
+class Device;
+class Platform;
+}  // namespace cl
 
 namespace parian {
 
@@ -23,5 +29,11 @@ inline constexpr const char* no_device =
 
 /// All devices of all platforms, in the order that the ICD loader gives them; empty when there is none.
 [[nodiscard]] std::vector<DeviceInfo> list_devices();
+
+/// What a device of `platform` says of itself; its index is 0. Throws cl::Error.
+[[nodiscard]] DeviceInfo describe(const cl::Platform& platform, const cl::Device& device);
+
+/// The device that `selector` means, as Renderer describes it. Throws Error(device) where there is none.
+[[nodiscard]] std::pair<DeviceInfo, cl::Device> pick(const std::string& selector);
 
 }  // namespace parian
