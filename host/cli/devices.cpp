@@ -8,6 +8,7 @@
 #include "child_process.hpp"
 #include "commands.hpp"
 #include "plan.hpp"
+#include "program_folder.hpp"
 #include "self_test.hpp"
 #include "terminal.hpp"
 #include "trial.hpp"
@@ -42,6 +43,7 @@ Json failures_of(const std::string& selector) {
   try {
     Compute compute(selector);
     const Plan plan = make_plan(ordinary_scene(), ordinary_settings(), compute.info());
+    keep_programs(compute);
     compute.build(plan.options);
     for (const SelfTestAnswer& a :
          with_device_errors(compute.info(), [&] { return self_test(compute, ordinary_settings().model, plan.lanes); }))

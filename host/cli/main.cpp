@@ -64,6 +64,8 @@ int run(int argc, char** argv) {
   app.require_subcommand(0, 1);
   app.footer(
       "'parian COMMAND --help' tells more.\n"
+      "Compiled kernels are kept for drivers that keep none: in parian/programs among your caches, or for any driver\n"
+      "in the folder that PARIAN_CACHE names; PARIAN_CACHE=0 keeps none.\n"
       "Exit codes: 0 done, 1 a comparison or check failed, 2 bad usage, 3 bad input, 4 OpenCL or device,\n"
       "5 output could not be written; 130, 143, 129 ended by Ctrl-C, SIGTERM, SIGHUP: render, reference and report\n"
       "finish what is under way and write what they have, all else ends at once.");

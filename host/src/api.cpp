@@ -437,6 +437,13 @@ parian_status parian_set_scratch(parian_renderer* renderer, cl_mem scratch) {
   });
 }
 
+parian_status parian_set_cache(parian_renderer* renderer, const char* folder) {
+  return with(renderer, [&](parian_renderer& r) {
+    if (folder && !*folder) refuse("cache: the folder's name is empty; give one, or NULL for none");
+    r.compute->use_cache(folder ? parian::ProgramCache(folder) : parian::ProgramCache());
+  });
+}
+
 parian_status parian_plan(parian_renderer* renderer, cl_command_queue queue) {
   return with(renderer, [&](parian_renderer& r) {
     require_complete(r);

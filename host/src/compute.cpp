@@ -7,6 +7,21 @@
 #include "words.hpp"
 
 namespace parian {
+namespace {
+
+/// Whether commands for `device` may go into `context`: it is one of the context's, or a part of one, which not all
+/// drivers list.
+bool belongs(const cl::Device& device, const cl::Context& context) {
+  const std::vector<cl::Device> devices = context.getInfo<CL_CONTEXT_DEVICES>();
+  if (std::any_of(devices.begin(), devices.end(), [&](const cl::Device& d) { return d() == device(); })) return true;
+  if (!device.getInfo<CL_DEVICE_PARENT_DEVICE>()()) return false;
+  cl_int code = CL_SUCCESS;
+  const cl::CommandQueue queue(clCreateCommandQueue(context(), device(), 0, &code));
+  if (code != CL_SUCCESS && code != CL_INVALID_DEVICE) throw cl::Error(code, "clCreateCommandQueue");
+  return code == CL_SUCCESS;
+}
+
+}  // namespace
 
 std::string describe_cl_error(const cl::Error& error) {
   std::string name, remedy = "run 'parian devices', or choose another" + setting("with_device");
@@ -43,8 +58,7 @@ Compute::Compute(cl_context context, cl_device_id device) {
     context_ = cl::Context(context, true);
     device_ = cl::Device(device, true);
     info_ = describe(cl::Platform(device_.getInfo<CL_DEVICE_PLATFORM>()), device_);
-    const std::vector<cl::Device> devices = context_.getInfo<CL_CONTEXT_DEVICES>();
-    if (std::none_of(devices.begin(), devices.end(), [&](const cl::Device& d) { return d() == device; }))
+    if (!belongs(device_, context_))
       throw Error(ErrorKind::usage, "device: '" + info_.name + "' isn't a device of the context; give one that is");
   } catch (const cl::Error& e) {
     const bool unknown = e.err() == CL_INVALID_CONTEXT || e.err() == CL_INVALID_DEVICE;
@@ -83,27 +97,91 @@ cl::Event Compute::submit() {
 
 void Compute::take_scratch(cl::Buffer scratch) { scratch_ = std::move(scratch); }
 
-void Compute::build(const std::string& options, const std::string& program) {
-  if (options == built_ && program == built_from_) return;
+void Compute::build(const std::string& options, const std::string& source) {
+  if (options == built_ && source == built_from_) return;
   with_device_errors(info_, [&] {
     built_from_.clear();
     kernels_.clear();
-    in_driver([&] { program_ = cl::Program(context_, program); });
-    // Not by cl::Program: it allocates on its way back, and a failure of that is none of the driver's.
-    const cl_device_id device = device_();
-    const cl_int code =
-        in_driver([&] { return clBuildProgram(program_(), 1, &device, options.c_str(), nullptr, nullptr); });
-    if (code != CL_SUCCESS) {
-      if (code != CL_BUILD_PROGRAM_FAILURE) throw cl::Error(code, "clBuildProgram");
-      const std::string log = program_.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device_);
-      const std::size_t at = log.find("error"), begin = at == std::string::npos ? 0 : log.rfind('\n', at) + 1;
-      throw Error(ErrorKind::device, info_.name + ": the kernels don't compile (" +
-                                         log.substr(begin, log.find('\n', std::max(at, begin)) - begin) +
-                                         "); update the driver or choose another" + setting("with_device"));
+    program_ = shared_program(context_(), device_(), options, source);
+    const std::scoped_lock lock(program_->building);
+    if (program_->abandoned) throw Error(ErrorKind::device, info_.name + lost_driver, CL_OUT_OF_RESOURCES);
+    if (!program_->built) {
+      const std::string key = cache_ ? cache_key(options, source) : "";
+      if (!cache_ || !build_from_cache(key, options)) {
+        build_from_source(options, source);
+        if (cache_) keep_binary(key);
+      }
+      program_->built = true;
     }
     built_ = options;
-    built_from_ = program;
+    built_from_ = source;
   });
+}
+
+/// All that a binary depends on.
+std::string Compute::cache_key(const std::string& options, const std::string& source) const {
+  std::string key;
+  const cl::Platform platform(device_.getInfo<CL_DEVICE_PLATFORM>());
+  for (const std::string& part : {info_.platform, platform.getInfo<CL_PLATFORM_VERSION>(), info_.vendor, info_.name,
+                                  info_.version, info_.driver, options, source})
+    key += part + '\n';
+  return key;
+}
+
+/// Whether there is a binary that the driver takes. One that it doesn't take is forgotten.
+bool Compute::build_from_cache(const std::string& key, const std::string& options) {
+  const std::optional<ProgramCache::Bytes> binary = cache_.find(key);
+  if (!binary) return false;
+  const cl_device_id device = device_();
+  const std::size_t size = binary->size();
+  const unsigned char* bytes = binary->data();
+  cl_int code = CL_SUCCESS, of_device = CL_SUCCESS;
+  in_driver([&] {
+    program_->handle =
+        cl::Program(clCreateProgramWithBinary(context_(), 1, &device, &size, &bytes, &of_device, &code), false);
+  });
+  if (code == CL_SUCCESS && of_device == CL_SUCCESS)
+    code = in_driver([&] { return clBuildProgram(program_->handle(), 1, &device, options.c_str(), nullptr, nullptr); });
+  if (code == CL_SUCCESS && of_device == CL_SUCCESS) return true;
+  program_->handle = cl::Program();
+  cache_.forget(key);
+  return false;
+}
+
+void Compute::build_from_source(const std::string& options, const std::string& source) {
+  in_driver([&] { program_->handle = cl::Program(context_, source); });
+  // Not by cl::Program: it allocates on its way back, and a failure of that is none of the driver's.
+  const cl_device_id device = device_();
+  const cl_int code =
+      in_driver([&] { return clBuildProgram(program_->handle(), 1, &device, options.c_str(), nullptr, nullptr); });
+  if (code == CL_SUCCESS) return;
+  if (code != CL_BUILD_PROGRAM_FAILURE) throw cl::Error(code, "clBuildProgram");
+  const std::string log = program_->handle.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device_);
+  const std::size_t at = log.find("error"), begin = at == std::string::npos ? 0 : log.rfind('\n', at) + 1;
+  throw Error(ErrorKind::device, info_.name + ": the kernels don't compile (" +
+                                     log.substr(begin, log.find('\n', std::max(at, begin)) - begin) +
+                                     "); update the driver or choose another" + setting("with_device"));
+}
+
+/// Keeps what has been compiled, if the driver hands it out.
+void Compute::keep_binary(const std::string& key) {
+  const auto of_program = [&](cl_program_info what, auto& values) {
+    const std::size_t bytes = values.size() * sizeof values[0];
+    return in_driver([&] { return clGetProgramInfo(program_->handle(), what, bytes, values.data(), nullptr); });
+  };
+  std::vector<cl_uint> count(1);
+  if (of_program(CL_PROGRAM_NUM_DEVICES, count) != CL_SUCCESS) return;
+  std::vector<cl_device_id> devices(count[0]);
+  std::vector<std::size_t> sizes(count[0]);
+  if (of_program(CL_PROGRAM_DEVICES, devices) != CL_SUCCESS || of_program(CL_PROGRAM_BINARY_SIZES, sizes) != CL_SUCCESS)
+    return;
+  // The context's other devices, for which nothing was built, get no place to write to.
+  const auto at = static_cast<std::size_t>(std::find(devices.begin(), devices.end(), device_()) - devices.begin());
+  if (at == devices.size() || sizes[at] == 0) return;
+  ProgramCache::Bytes binary(sizes[at]);
+  std::vector<unsigned char*> places(count[0], nullptr);
+  places[at] = binary.data();
+  if (of_program(CL_PROGRAM_BINARIES, places) == CL_SUCCESS) cache_.keep(key, binary);
 }
 
 cl::Buffer Compute::allocate(std::size_t bytes) {
@@ -156,7 +234,7 @@ void Compute::abandon() noexcept {
   for (cl::Event& event : after_) event() = nullptr;
   for (Running& running : running_) running.event() = nullptr;
   for (auto& [name, prepared] : kernels_) prepared.kernel() = nullptr;
-  program_() = nullptr;
+  if (program_) program_->abandoned = true;
   scratch_() = nullptr;
   own_queue_() = nullptr;
   queue_() = nullptr;
@@ -203,7 +281,7 @@ void Compute::fill(const cl::Buffer& b, cl_uint value, std::size_t words) {
 Compute::Prepared& Compute::prepared(const char* name) {
   const auto it = kernels_.find(name);
   if (it != kernels_.end()) return it->second;
-  cl::Kernel kernel = in_driver([&] { return cl::Kernel(program_, name); });
+  cl::Kernel kernel = in_driver([&] { return cl::Kernel(program_->handle, name); });
   const std::size_t most_in_group = kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_);
   return kernels_.emplace(name, Prepared{std::move(kernel), most_in_group, {}}).first->second;
 }

@@ -14,6 +14,8 @@
 
 #include "embedded.hpp"
 #include "error.hpp"
+#include "program.hpp"
+#include "program_cache.hpp"
 #include "renderer.hpp"
 
 namespace parian {
@@ -55,9 +57,11 @@ class Compute {
   /// From now on, buffers are parts of this one.
   void take_scratch(cl::Buffer scratch);
 
-  /// Compiles `program`, which only tests change, with `options`, unless it's there. Throws Error(device) with the
-  /// compiler's first error.
-  void build(const std::string& options, const std::string& program = kernel_sources);
+  /// From now on, compiled programs are kept there.
+  void use_cache(ProgramCache cache) { cache_ = std::move(cache); }
+  /// Compiles `source`, which only tests change, with `options`, unless another renderer of the context has, or the
+  /// cache. Throws Error(device) with the compiler's first error.
+  void build(const std::string& options, const std::string& source = kernel_sources);
 
   template <class T>
   [[nodiscard]] cl::Buffer buffer(std::size_t count) {
@@ -171,6 +175,14 @@ class Compute {
       known.assign(bytes, bytes + sizeof value);
     }
   };
+  [[nodiscard]] std::string cache_key(const std::string& options, const std::string& source) const;
+  bool build_from_cache(const std::string& key, const std::string& options);
+  void build_from_source(const std::string& options, const std::string& source);
+  void keep_binary(const std::string& key);
+  static constexpr const char* lost_driver =
+      ": the driver left a call by an exception, as for want of memory, and is of no use any more in this process; "
+      "give "
+      "the process more memory";
   cl::Buffer allocate(std::size_t bytes);
   cl::Buffer part_of_scratch(std::size_t bytes);
   Prepared& prepared(const char* name);
@@ -198,11 +210,7 @@ class Compute {
       throw;
     } catch (...) {
       abandon();
-      throw Error(ErrorKind::device,
-                  info_.name +
-                      ": the driver left a call by an exception, as for want of memory, and is of no use any "
-                      "more in this process; give the process more memory",
-                  CL_OUT_OF_RESOURCES);
+      throw Error(ErrorKind::device, info_.name + lost_driver, CL_OUT_OF_RESOURCES);
     }
   }
   void abandon() noexcept;
@@ -227,7 +235,8 @@ class Compute {
   bool abandoned_ = false;
   std::vector<cl::Event> after_;
   std::function<bool()> cancelled_;
-  cl::Program program_;
+  ProgramCache cache_;
+  std::shared_ptr<Program> program_;
   std::string built_, built_from_;
   std::map<std::string, Prepared, std::less<>> kernels_;
   std::map<std::string, std::size_t> limits_;

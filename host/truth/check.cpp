@@ -9,6 +9,7 @@
 
 #include "extreme_cases.hpp"
 #include "plan.hpp"
+#include "program_folder.hpp"
 #include "self_test.hpp"
 #include "stiff_scenes.hpp"
 #include "words.hpp"
@@ -40,6 +41,7 @@ struct Program {
     Settings ordinary = ordinary_settings();
     ordinary.model = model;
     const Plan plan = make_plan(ordinary_scene(), ordinary, compute.info());
+    keep_programs(compute);
     compute.build(plan.options, settings.program);
     lanes = plan.lanes;
   }

@@ -6,6 +6,7 @@
 
 #include "api_marked.hpp"
 #include "error.hpp"
+#include "program_folder.hpp"
 #include "words.hpp"
 
 namespace parian {
@@ -101,7 +102,10 @@ Seconds seconds_of(const parian_seconds& s) {
 
 Rendering::Rendering(Scene scene, const Settings& settings, const std::string& selector)
     : film_(scene.film), renderer_(with_errors([&] { return v0::Renderer(selector.c_str()); })) {
+  const ProgramFolder programs = program_folder(renderer_.device().platform);
+  doubt_ = programs.doubt;
   with_errors([&] {
+    if (!programs.path.empty()) renderer_.set_cache(programs.path.c_str());
     set_settings(renderer_, settings);
     set_scene(renderer_, scene);
     renderer_.plan();
@@ -167,6 +171,7 @@ Statistics Rendering::statistics() const {
   t.bytes_planned = s.bytes_planned;
   t.nonfinite = s.nonfinite;
   t.further_view_seconds = s.further_view_seconds;
+  if (!doubt_.empty()) t.warnings.push_back(doubt_);
   for (const std::string& warning : marked_warnings(renderer_.get())) t.warnings.push_back(in_command_words(warning));
   for (const parian_omission& o : renderer_.omissions()) t.left_out.push_back({o.what, o.why, o.unit, o.count, false});
   return t;

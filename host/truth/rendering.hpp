@@ -11,7 +11,7 @@ namespace parian {
 class Rendering {
  public:
   /// Plans `scene` on the device that `selector` means, as parian_create_info has it. Moving a large scene in saves
-  /// its copy.
+  /// its copy. Compiled programs are kept as program_folder says.
   Rendering(Scene scene, const Settings& settings, const std::string& selector);
 
   void frame();
@@ -27,6 +27,7 @@ class Rendering {
   glm::uvec2 film_;
   std::uint32_t frames_ = 0;
   v0::Renderer renderer_;
+  std::string doubt_;  // about the folder for compiled programs
 };
 
 }  // namespace parian

@@ -233,6 +233,10 @@ OBJECT(cl_mem, "buffers", clCreateSubBuffer,
        (buffer, flags, type, info, code), )
 OBJECT(cl_kernel, "kernels", clCreateKernel, (cl_program program, const char* name, cl_int* code),
        (program, name, code), )
+OBJECT(cl_program, "programs", clCreateProgramWithBinary,
+       (cl_context context, cl_uint n, const cl_device_id* devices, const size_t* lengths,
+        const unsigned char** binaries, cl_int* of_device, cl_int* code),
+       (context, n, devices, lengths, binaries, of_device, code), )
 OBJECT(cl_event, "events", clCreateUserEvent, (cl_context context, cl_int* code), (context, code), )
 
 cl_program CL_API_CALL clCreateProgramWithSource(cl_context context, cl_uint n, const char** strings,

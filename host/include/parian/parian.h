@@ -21,7 +21,7 @@
  *
  * Threads. A renderer is used by one thread at a time; another one that calls in meanwhile gets PARIAN_BUSY. Different
  * renderers are independent of each other, whatever they share in OpenCL. There is no global state but the calling
- * thread's message.
+ * thread's message, and a list of the programs that renderers share.
  *
  * Queues. A call takes the queue to enqueue on: in-order or out-of-order, of the renderer's context and device. NULL
  * means a queue of the renderer's own. Commands of one renderer run one after another, whichever queues they are on;
@@ -84,7 +84,7 @@ typedef int (*parian_cancel_callback)(void* user);
 typedef struct parian_create_info {
   size_t struct_size;
   cl_context context;   /* the caller's: retained until release; or NULL: Parian makes one for a device it picks */
-  cl_device_id device;  /* of `context`; NULL where there is no context */
+  cl_device_id device;  /* of `context`, or a part of one of its devices; NULL where there is no context */
   const char* selector; /* without a context, which device: an index of 'parian devices', a part of "NAME PLATFORM" in
                            any case, or NULL: a GPU before an accelerator before a CPU, then most compute units */
   parian_cancel_callback cancel; /* may be NULL */
@@ -245,6 +245,16 @@ PARIAN_API parian_status parian_scratch_size(parian_renderer* renderer, size_t* 
 /* From the next plan on, all buffers are parts of this one, which is retained; or of Parian's own making again if it is
  * NULL. Needs a new plan. What has been enqueued may go on using the one before until its event is complete. */
 PARIAN_API parian_status parian_set_scratch(parian_renderer* renderer, cl_mem scratch);
+
+/* --- Compiled programs --------------------------------------------------------------------------------------------*/
+
+/* Renderers of one context and device share their programs while they live. From the next plan on, programs are also
+ * kept in `folder` between runs of the process; NULL, as after parian_create: nowhere. That gains where a driver keeps
+ * none itself (Intel's CPU runtime: 15 processor seconds at each start). The folder is made if it isn't there, and must
+ * be the user's own and closed to others (mode 0700), or it is refused; where it can't be written later, programs are
+ * compiled anew. What is in it is used only if it is whole, and was made from the same source with the same options by
+ * the same driver for the same device; it holds 256 MiB at most. */
+PARIAN_API parian_status parian_set_cache(parian_renderer* renderer, const char* folder);
 
 /* --- Rendering ----------------------------------------------------------------------------------------------------*/
 

@@ -181,6 +181,9 @@ class Renderer {
   }
   void set_scratch(cl_mem scratch) { require(parian_set_scratch(renderer_, scratch)); }
 
+  /// Where compiled programs are kept between runs; null: nowhere.
+  void set_cache(const char* folder) { require(parian_set_cache(renderer_, folder)); }
+
   void plan(cl_command_queue queue = nullptr) { require(parian_plan(renderer_, queue)); }
   Event frame(cl_command_queue queue = nullptr, std::span<const cl_event> wait = {}) {
     cl_event event = nullptr;
