@@ -23,6 +23,46 @@ build_folder() {
   fi
 }
 
+# Whether apt knows what packages this system has.
+apt_index() {
+  local file
+  while read -r file; do
+    if [[ -e $file ]]; then return; fi
+  done < <(apt-get indextargets --format "\$(FILENAME)" 'Created-By: Packages' 2>/dev/null)
+  return 1
+}
+
+# Whether this system has no package $1; false where nothing is known.
+lacks() {
+  local candidate
+  candidate=$(LC_ALL=C apt-cache policy "$1" 2>/dev/null | sed -n 's/^  Candidate: \([^(].*\)/\1/p') || return 1
+  [[ -z $candidate ]] && apt_index
+}
+
+# need PROGRAM: goes on if it's there. Else ends what asks: skipped, where this system has no package of that name.
+need() {
+  if command -v "$1" >/dev/null; then return; fi
+  if lacks "$1"; then
+    echo "skipped: this system has no $1"
+    exit
+  fi
+  echo "tools/${0##*/}: $1 is needed; tools/packages test installs it" >&2
+  exit 1
+}
+
+# The Clang that reads this system's libclc; Debian 12's where that isn't known.
+clang_of_libclc() {
+  local owner
+  owner=$(dpkg-query -S /usr/lib/clc/amdgcn--amdhsa.bc 2>/dev/null) || owner=libclc-15:
+  owner=${owner%%:*}
+  printf 'clang-%s\n' "${owner##*-}"
+}
+
+# The Clang whose sanitizers tools/test takes: 14 compiles them soonest.
+sanitizing_clang() {
+  if command -v clang-14 >/dev/null; then echo clang-14; else clang_of_libclc; fi
+}
+
 # PoCL asks hwloc for processors and memory, and stops the process where there is no sysfs, as in a plain chroot.
 if [[ ! -d /sys/devices/system/cpu && -z ${HWLOC_SYNTHETIC-} ]]; then
   memory=$(sed -n 's/^MemTotal: *\([0-9]*\) kB$/\1/p' /proc/meminfo)
