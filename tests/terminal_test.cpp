@@ -2,6 +2,7 @@
 // row.
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "image_file.hpp"
@@ -14,9 +15,28 @@ namespace {
 using test::OnTerminal;
 using test::Outcome;
 
-class TerminalTest : public test::CommandTest {};
+class TerminalTest : public test::CommandTest {
+ protected:
+  /// From here on nothing is said of compiling small_render's kernels.
+  void compile() const { ASSERT_EQ(run(std::string(test::small_render) + "--dry-run --quiet").code, 0); }
+};
+
+TEST_F(TerminalTest, LongCompilingIsTold) {
+  const std::string line = std::string(test::small_render) + "--dry-run --stats s.json ";
+  for (const char* cache : {"cold", "warm"}) {
+    const Outcome outcome = run(line, "POCL_CACHE_DIR=kernels");
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto seconds = nlohmann::json::parse(test::read_bytes(scratch_ / "s.json"))["seconds"];
+    const double build = seconds["compile"], all = build + seconds["plan"].get<double>();
+    if (outcome.err == "parian: compiling kernels (once)\n")
+      EXPECT_TRUE(build > 0.2 && all > 0.9) << cache << ": " << build << " s of " << all;
+    else
+      EXPECT_TRUE(outcome.err.empty() && (build < 0.4 || all < 1.1)) << cache << '\n' << outcome.err;
+  }
+}
 
 TEST_F(TerminalTest, LostResultsAre5InOneLine) {
+  compile();
   ASSERT_EQ(run("reference tet.obj --size 8x8 --error 1e6 --quiet -o a.exr").code, 0);
   const std::string render = test::small_render;
   for (const std::string& arguments :
@@ -116,6 +136,7 @@ std::vector<std::string> bars(const std::string& shown) {
 }
 
 TEST_F(TerminalTest, TheBarKeepsItsRow) {
+  compile();
   // A limit of a year makes the time left long.
   const std::string line = std::string("'" PARIAN_BINARY "' ") + test::small_render +
                            "--error 0 --frames 100000000 --time 31000000 -o a.exr";

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <system_error>
 #include <utility>
 
 #include "render_options.hpp"
@@ -19,6 +20,8 @@ namespace {
 
 constexpr double seconds_between_bars = 0.1;
 constexpr double seconds_between_lines = 5.0;
+// What is compiled already is read in less; the rest is compiled as each kernel is launched.
+constexpr double longest_reading = 0.3, longest_silence = 1.0;
 constexpr int longest_bar = 24, shortest_bar = 4;
 constexpr int usual_columns = 80;
 
@@ -90,6 +93,44 @@ void Progress::update(std::uint32_t frames, double error, double seconds) {
 void Progress::clear() {
   if (drawn_) std::fputs("\r\033[K", stderr);
   drawn_ = false;
+}
+
+void Compiling::step() {
+  if (!shown_ || ++steps_ > 2) return;
+  if (steps_ == 1) {
+    since_.emplace();
+    try {
+      watcher_ = std::thread([this] { watch(); });
+    } catch (const std::system_error&) {  // no thread is to be had: the user waits uninformed
+    }
+  } else if (since_->seconds() < longest_reading) {
+    const std::scoped_lock lock(mutex_);
+    stop_ = true;
+    stops_.notify_all();
+  }
+}
+
+void Compiling::watch() {
+  std::unique_lock lock(mutex_);
+  if (stops_.wait_for(lock, std::chrono::duration<double>(longest_silence), [this] { return stop_; })) return;
+  drawn_ = isatty(STDERR_FILENO) == 1;
+  const char* what = "compiling kernels (once)";
+  if (drawn_) {
+    std::fputs(fmt::format("\r{}\033[K", fitted_row(0.0, what, terminal_columns())).c_str(), stderr);
+    std::fflush(stderr);
+  } else {
+    say(what);
+  }
+}
+
+Compiling::~Compiling() {
+  {
+    const std::scoped_lock lock(mutex_);
+    stop_ = true;
+  }
+  stops_.notify_all();
+  if (watcher_.joinable()) watcher_.join();
+  if (drawn_) std::fputs("\r\033[K", stderr);
 }
 
 std::string duration(double seconds) {

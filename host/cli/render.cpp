@@ -181,6 +181,11 @@ void print_seconds(const Statistics& done) {
     say(fmt::format("seconds for each view after the first: {:.3f}", done.further_view_seconds));
 }
 
+Rendering planned(Input& input, const RenderOptions& options) {
+  Compiling compiling(!options.quiet);
+  return {take_scene(input), input.settings, options.input.device_selector(input.device), [&] { compiling.step(); }};
+}
+
 /// Everything after the input is loaded; fills `done` with what the renderer says and returns the pictures' names.
 std::vector<std::string> render_scene(Rendering& renderer, const Input& input, const RenderOptions& options,
                                       const Exposure& exposure, Statistics& done) {
@@ -213,7 +218,7 @@ int run_render(const RenderOptions& options) {
   DeviceInfo device;
   Warnings warnings(input);
   {
-    Rendering renderer(take_scene(input), input.settings, options.input.device_selector(input.device));
+    auto renderer = planned(input, options);
     device = renderer.device();
     warnings.say(input.scene.mesh.warnings);
     warnings.say(renderer.statistics().warnings);

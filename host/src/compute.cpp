@@ -99,6 +99,7 @@ void Compute::take_scratch(cl::Buffer scratch) { scratch_ = std::move(scratch); 
 
 void Compute::build(const std::string& options, const std::string& source) {
   if (options == built_ && source == built_from_) return;
+  if (cancelled_ && cancelled_()) throw Cancelled();
   with_device_errors(info_, [&] {
     built_from_.clear();
     kernels_.clear();

@@ -52,7 +52,7 @@ class Compute {
   }
   /// Waits for everything that has been enqueued, whatever becomes of it.
   void drain() noexcept;
-  /// Asked before each launch; true throws Cancelled.
+  /// Asked before kernels are compiled and before each launch; true throws Cancelled.
   void ask(std::function<bool()> cancelled) { cancelled_ = std::move(cancelled); }
   /// From now on, buffers are parts of this one.
   void take_scratch(cl::Buffer scratch);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "api_marked.hpp"
 #include "error.hpp"
@@ -14,6 +15,18 @@ namespace {
 
 void copy(glm::dvec3 v, double (&to)[3]) {
   for (int c = 0; c < 3; ++c) to[c] = v[c];
+}
+
+v0::Renderer create(const std::string& selector, std::function<void()>& step) {
+  auto info = make<parian_create_info>();
+  info.selector = selector.c_str();
+  info.cancel = [](void* user) {
+    const auto& call = *static_cast<const std::function<void()>*>(user);
+    if (call) call();
+    return 0;
+  };
+  info.user = &step;
+  return v0::Renderer(info);
 }
 
 void set_settings(v0::Renderer& renderer, const Settings& s) {
@@ -100,8 +113,10 @@ Seconds seconds_of(const parian_seconds& s) {
 
 }  // namespace
 
-Rendering::Rendering(Scene scene, const Settings& settings, const std::string& selector)
-    : film_(scene.film), renderer_(with_errors([&] { return v0::Renderer(selector.c_str()); })) {
+Rendering::Rendering(Scene scene, const Settings& settings, const std::string& selector, std::function<void()> step)
+    : film_(scene.film),
+      step_(std::make_unique<std::function<void()>>(std::move(step))),
+      renderer_(with_errors([&] { return create(selector, *step_); })) {
   const ProgramFolder programs = program_folder(renderer_.device().platform);
   doubt_ = programs.doubt;
   with_errors([&] {
@@ -110,6 +125,7 @@ Rendering::Rendering(Scene scene, const Settings& settings, const std::string& s
     set_scene(renderer_, scene);
     renderer_.plan();
   });
+  *step_ = {};
 }
 
 void Rendering::frame() {

@@ -2,6 +2,9 @@
 #pragma once
 #include <parian/parian.hpp>
 
+#include <functional>
+#include <memory>
+
 #include "device.hpp"
 #include "scene.hpp"
 
@@ -11,8 +14,9 @@ namespace parian {
 class Rendering {
  public:
   /// Plans `scene` on the device that `selector` means, as parian_create_info has it. Moving a large scene in saves
-  /// its copy. Compiled programs are kept as program_folder says.
-  Rendering(Scene scene, const Settings& settings, const std::string& selector);
+  /// its copy. Compiled programs are kept as program_folder says. While it plans, `step` is called before kernels are
+  /// compiled and before each launch; it may not throw.
+  Rendering(Scene scene, const Settings& settings, const std::string& selector, std::function<void()> step = {});
 
   void frame();
   [[nodiscard]] std::uint32_t frames() const { return frames_; }
@@ -26,8 +30,9 @@ class Rendering {
  private:
   glm::uvec2 film_;
   std::uint32_t frames_ = 0;
+  std::unique_ptr<std::function<void()>> step_;  ///< its place is known to the renderer
   v0::Renderer renderer_;
-  std::string doubt_;  // about the folder for compiled programs
+  std::string doubt_;  ///< about the folder for compiled programs
 };
 
 }  // namespace parian

@@ -77,8 +77,8 @@ PARIAN_API cl_int parian_opencl_code(void);
 /* Everything of one scene on one device. */
 typedef struct parian_renderer parian_renderer;
 
-/* Asked between commands; anything but 0 cancels the call that is under way. Runs on the thread that made the call,
- * and must not call back into Parian with the same renderer. */
+/* Asked before kernels are compiled and between commands; anything but 0 cancels the call that is under way. Runs on
+ * the thread that made the call, and must not call back into Parian with the same renderer. */
 typedef int (*parian_cancel_callback)(void* user);
 
 typedef struct parian_create_info {
