@@ -15,7 +15,7 @@ install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 if(PARIAN_CLI)
   install(TARGETS parian-cli)
-  install(TARGETS parian-pictures LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/parian)
+  install(TARGETS parian-pictures parian-rays LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/parian)
   install(DIRECTORY meshes DESTINATION ${CMAKE_INSTALL_DATADIR}/parian)
   # The manual page is what the command says of itself.
   add_custom_command(

@@ -1,13 +1,11 @@
 // Pictures without OpenImageIO, and the module that has it, loaded when it's needed first.
 #include "image_file.hpp"
 
-#include <dlfcn.h>
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "error.hpp"
+#include "module.hpp"
 #include "pictures/pictures.hpp"
 #include "whole_file.hpp"
 
@@ -17,19 +15,10 @@ namespace {
 constexpr double bright = 0.8;         // where `auto` puts the percentile
 constexpr double bright_share = 0.99;  // which percentile
 
-const pictures::Functions& load_pictures() {
-  // Lazily: of what OpenImageIO brings along hardly anything is called.
-  void* module = dlopen(PARIAN_PICTURES, RTLD_LAZY | RTLD_LOCAL);
-  const auto* functions = module ? static_cast<const pictures::Functions*>(dlsym(module, "parian_pictures")) : nullptr;
-  if (!functions)
-    throw Error(ErrorKind::output,
-                fmt::format("pictures can't be read or written ({}); install Parian anew", dlerror()));
-  return *functions;
-}
-
 const pictures::Functions& picture_functions() {
-  static const pictures::Functions& functions = load_pictures();
-  return functions;
+  static const auto* functions = static_cast<const pictures::Functions*>(
+      module_symbol(PARIAN_PICTURES, "parian_pictures", ErrorKind::output, "pictures can't be read or written"));
+  return *functions;
 }
 
 }  // namespace

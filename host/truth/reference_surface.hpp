@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "rays/rays.hpp"
 #include "scene.hpp"
 #include "views.hpp"
 
@@ -28,11 +29,8 @@ struct SurfacePoint {
 /// come from the mesh's own vertices in double.
 class ReferenceSurface {
  public:
-  /// Keeps a reference to `mesh`. Throws Error(device) when Embree refuses.
+  /// Keeps a reference to `mesh`. Throws Error(device) when Embree refuses, or isn't there.
   ReferenceSurface(const Mesh& mesh, const ObjectSpace& space);
-  ~ReferenceSurface();
-  ReferenceSurface(const ReferenceSurface&) = delete;
-  ReferenceSurface& operator=(const ReferenceSurface&) = delete;
 
   [[nodiscard]] const std::vector<glm::dvec3>& positions() const { return positions_; }
   [[nodiscard]] const std::vector<glm::uvec3>& triangles() const { return mesh_.triangles; }
@@ -48,10 +46,9 @@ class ReferenceSurface {
   [[nodiscard]] double plane_distance(std::uint32_t triangle, glm::dvec3 origin, glm::dvec3 direction) const;
 
  private:
-  struct Embree;
   const Mesh& mesh_;
   std::vector<glm::dvec3> positions_;
-  std::unique_ptr<Embree> embree_;
+  std::unique_ptr<rays::Tracer> tracer_;
 };
 
 }  // namespace parian
