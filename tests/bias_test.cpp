@@ -2,6 +2,8 @@
 // pixel's own points.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "estimate.hpp"
 #include "test_render.hpp"
 #include "words.hpp"

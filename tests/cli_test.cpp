@@ -1,6 +1,8 @@
 // The command line as a user meets it: exit codes, one line per mistake, help and lists.
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+
 #include "test_command.hpp"
 
 namespace parian {

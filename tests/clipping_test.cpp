@@ -1,6 +1,7 @@
 // Triangles that share an edge must be cut at the same place, to the bit, or surfaces come apart along clip planes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
 #include "test_scene.hpp"

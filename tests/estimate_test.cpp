@@ -2,6 +2,7 @@
 // samples.
 #include "estimate.hpp"
 
+#include <algorithm>
 #include <random>
 
 #include "test_render.hpp"

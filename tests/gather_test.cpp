@@ -1,6 +1,7 @@
 // Pass 4 against a look-up in double, constants, the texels that it marks, and pixels that no layer sees.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "kernels/sampling.h"

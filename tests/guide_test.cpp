@@ -1,6 +1,7 @@
 // Guides of samples: the curve, lists of what is lit along it, slots that give about as much light each, and room.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <numeric>
 

@@ -1,5 +1,6 @@
 // Pass 2: the same samples in double, the average over many frames against quadrature, and the same bits twice.
 #include <gtest/gtest.h>
+#include <algorithm>
 #include <bit>
 #include <numeric>
 #include <span>

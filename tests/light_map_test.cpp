@@ -1,6 +1,8 @@
 // Pass 1 against rays and triangles in double, the height pyramid exactly, and the search for the nearest lit place.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "kernels/sampling.h"
 #include "test_scene.hpp"
 

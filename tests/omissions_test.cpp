@@ -1,6 +1,7 @@
 // What is left out: each omission alone shows the picture that keeping it shows, and saves what it says that it saves.
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <functional>
 
 #include "test_render.hpp"

@@ -1,6 +1,7 @@
 // Pass 3 level by level against its description in double, and what a bilateral filter must keep.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "test_scene.hpp"

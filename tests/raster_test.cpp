@@ -1,6 +1,7 @@
 // The rasteriser against brute force in exact integers, from the set-up that it stored; the set-up against double.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 
 #include "test_scene.hpp"

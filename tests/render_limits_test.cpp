@@ -1,4 +1,5 @@
 // Whole renders where something is zero, huge, tiny, degenerate or in the way: always finite, never black by mistake.
+#include <algorithm>
 #include <functional>
 
 #include "test_render.hpp"

@@ -1,4 +1,5 @@
 // Whole renders against themselves: what changes of unit, brightness, channel order and place may not change.
+#include <algorithm>
 #include <array>
 #include <glm/gtc/matrix_transform.hpp>
 #include <numeric>

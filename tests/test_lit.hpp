@@ -1,5 +1,6 @@
 // A torus lit twice, with light maps, layers and guides, and what a guide says.
 #pragma once
+#include <algorithm>
 #include <span>
 
 #include "test_scene.hpp"

@@ -1,6 +1,7 @@
 // `parian check --half-space`: how far each dipole model's total is from the truth, on a half-space.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,7 @@
 // The options about the input and the rendering: added to a subcommand, then parsed with one clear line per mistake.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cstdlib>
 

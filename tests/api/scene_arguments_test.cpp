@@ -1,6 +1,8 @@
 // The C API given scenes that can't be rendered, or asked for what isn't planned yet.
 #include "refusals.hpp"
 
+#include <algorithm>
+
 namespace parian::test {
 namespace {
 

@@ -1,6 +1,7 @@
 // The swan's anatomy; figure.h says what it is. Local axes: the swan looks along +z, its left side is +x.
 #include "figure.h"
 
+#include <algorithm>
 #include <numbers>
 
 namespace make_meshes {

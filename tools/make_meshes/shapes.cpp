@@ -1,6 +1,8 @@
 // Tubes and feathers; shapes.h says what they are.
 #include "shapes.h"
 
+#include <algorithm>
+
 namespace make_meshes {
 
 Frame look_along(dvec3 origin, dvec3 forward, dvec3 up) {

@@ -1,4 +1,5 @@
 // Shapes whose triangles are known exactly: sphere, slab, torus.
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
