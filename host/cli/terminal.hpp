@@ -31,7 +31,9 @@ template <class T>
 /// Prints results: `format` as it is, and text among `values` made printable.
 template <class... T>
 void show(fmt::format_string<T...> format, const T&... values) {
-  show_text(fmt::vformat(format, fmt::make_format_args(shown(values)...)));
+  // By name, as {fmt} from version 10 on takes no others.
+  const auto show_all = [&](const auto&... all) { show_text(fmt::vformat(format, fmt::make_format_args(all...))); };
+  show_all(shown(values)...);
 }
 
 /// Sends off what was shown. Throws Error(output) if any of it, now or before, could not be written.
