@@ -39,7 +39,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#ifdef __GNUC__
+/* On Windows a program that links the static library defines PARIAN_STATIC; CMake's target does so. */
+#if defined(_WIN32) && defined(PARIAN_BUILDS_DLL)
+#define PARIAN_API __declspec(dllexport)
+#elif defined(_WIN32) && !defined(PARIAN_STATIC)
+#define PARIAN_API __declspec(dllimport)
+#elif defined(__GNUC__) && !defined(_WIN32)
 #define PARIAN_API __attribute__((visibility("default")))
 #else
 #define PARIAN_API
