@@ -1,5 +1,6 @@
 # Builds and runs projects in C alone and in C++ alone that use Parian as a subdirectory, and installed in a place that
-# has been moved, shared and static. Run by ctest: cmake -DSOURCE=… -DWORK=… -DVERSION=… -DTOOLCHAIN=… -P …
+# has been moved, shared and static, with CMake and with pkg-config. Run by ctest:
+# cmake -DSOURCE=… -DWORK=… -DVERSION=… -DCC=… -DTOOLCHAIN=… -P …
 cmake_minimum_required(VERSION 3.24)
 
 function(run)
@@ -28,6 +29,17 @@ function(consume folder language)
   endif()
 endfunction()
 
+# Builds a program in C as pkg-config says, with the library in `prefix`, and runs it.
+function(consume_by_hand prefix program)
+  file(GLOB_RECURSE file "${prefix}/*/parian.pc")
+  cmake_path(GET file PARENT_PATH folder)
+  set(ENV{PKG_CONFIG_PATH} "${folder}")
+  run(pkg-config --print-errors --cflags --libs "parian = ${VERSION}")
+  separate_arguments(flags UNIX_COMMAND "${output}")
+  run(${CC} -std=c99 ${SOURCE}/tests/embed/owned.c -o ${program} ${flags} -lm)
+  run(${CMAKE_COMMAND} -E env "LD_LIBRARY_PATH=${folder}/.." ${program})
+endfunction()
+
 file(REMOVE_RECURSE ${WORK})
 foreach(shared ON OFF)
   set(kind shared_${shared})
@@ -44,7 +56,7 @@ foreach(shared ON OFF)
      (NOT shared AND NOT libraries MATCHES "/libparian\\.a"))
     message(FATAL_ERROR "installed ${kind}: ${libraries}")
   endif()
-  file(GLOB_RECURSE package "${prefix}/*.cmake")
+  file(GLOB_RECURSE package "${prefix}/*.cmake" "${prefix}/*.pc")
   foreach(file IN LISTS package)
     file(READ "${file}" text)
     foreach(place ${WORK} ${SOURCE})
@@ -58,4 +70,6 @@ foreach(shared ON OFF)
     consume(${WORK}/outside_${kind}_${language} ${language} "-DCMAKE_PREFIX_PATH=${prefix}")
     message(STATUS "installed and moved, ${kind}, ${language}: good")
   endforeach()
+  consume_by_hand("${prefix}" ${WORK}/by_hand_${kind})
+  message(STATUS "installed and moved, ${kind}, pkg-config: good")
 endforeach()

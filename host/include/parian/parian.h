@@ -39,7 +39,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* On Windows a program that links the static library defines PARIAN_STATIC; CMake's target does so. */
+/* On Windows a program that links the static library defines PARIAN_STATIC; CMake's target and pkg-config do so. */
 #if defined(_WIN32) && defined(PARIAN_BUILDS_DLL)
 #define PARIAN_API __declspec(dllexport)
 #elif defined(_WIN32) && !defined(PARIAN_STATIC)
