@@ -2,8 +2,10 @@
 #include "program_folder.hpp"
 
 #include <cstdlib>
+#include <initializer_list>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "test_command.hpp"
 
@@ -18,9 +20,9 @@ constexpr const char* pocl = "Portable Computing Language";
 /// Variables of the environment as they are to be for a while; nullptr unsets.
 class Environment {
  public:
-  explicit Environment(const std::map<std::string, const char*>& values) {
+  Environment(std::initializer_list<std::pair<const char*, const char*>> values) {
     for (const auto& [name, value] : values) {
-      const char* before = std::getenv(name.c_str());
+      const char* before = std::getenv(name);
       before_[name] = before ? std::optional<std::string>(before) : std::nullopt;
       set(name, value);
     }
@@ -45,7 +47,7 @@ TEST(ProgramFolder, IsTheUsersForDriversThatKeepNone) {
   const Scratch scratch;
   const std::string caches = scratch / "caches", home = scratch / "home";
   {
-    const Environment set({{"PARIAN_CACHE", nullptr}, {"XDG_CACHE_HOME", caches.c_str()}, {"HOME", home.c_str()}});
+    const Environment set{{"PARIAN_CACHE", nullptr}, {"XDG_CACHE_HOME", caches.c_str()}, {"HOME", home.c_str()}};
     EXPECT_EQ(program_folder(pocl).path, "");
     EXPECT_EQ(program_folder("rusticl").path, "");
     EXPECT_EQ(program_folder(intel).path, caches + "/parian/programs");
@@ -53,10 +55,10 @@ TEST(ProgramFolder, IsTheUsersForDriversThatKeepNone) {
     EXPECT_FALSE(fs::exists(home));
   }
   {
-    const Environment set({{"PARIAN_CACHE", ""}, {"XDG_CACHE_HOME", "relative"}, {"HOME", home.c_str()}});
+    const Environment set{{"PARIAN_CACHE", ""}, {"XDG_CACHE_HOME", "relative"}, {"HOME", home.c_str()}};
     EXPECT_EQ(program_folder(intel).path, home + "/.cache/parian/programs");
   }
-  const Environment set({{"PARIAN_CACHE", nullptr}, {"XDG_CACHE_HOME", nullptr}, {"HOME", nullptr}});
+  const Environment set{{"PARIAN_CACHE", nullptr}, {"XDG_CACHE_HOME", nullptr}, {"HOME", nullptr}};
   EXPECT_EQ(program_folder(intel).path, "");
 }
 
@@ -64,11 +66,11 @@ TEST(ProgramFolder, IsTheOneThatIsNamed) {
   const Scratch scratch;
   const std::string named = scratch / "named";
   {
-    const Environment set({{"PARIAN_CACHE", "0"}});
+    const Environment set{{"PARIAN_CACHE", "0"}};
     EXPECT_EQ(program_folder(intel).path, "");
     EXPECT_EQ(program_folder(intel).doubt, "");
   }
-  const Environment set({{"PARIAN_CACHE", named.c_str()}});
+  const Environment set{{"PARIAN_CACHE", named.c_str()}};
   EXPECT_EQ(program_folder(pocl).path, named);
   EXPECT_EQ(program_folder(intel).path, named);
 }
@@ -79,11 +81,11 @@ TEST(ProgramFolder, OfOthersIsLeftAlone) {
   fs::create_directories(open);
   fs::permissions(open, fs::perms(0755));
   {
-    const Environment set({{"PARIAN_CACHE", nullptr}, {"XDG_CACHE_HOME", caches.c_str()}});
+    const Environment set{{"PARIAN_CACHE", nullptr}, {"XDG_CACHE_HOME", caches.c_str()}};
     EXPECT_EQ(program_folder(intel).path, "");
     EXPECT_EQ(program_folder(intel).doubt, "") << "nobody has asked for it";
   }
-  const Environment set({{"PARIAN_CACHE", open.c_str()}});
+  const Environment set{{"PARIAN_CACHE", open.c_str()}};
   EXPECT_EQ(program_folder(intel).path, "");
   EXPECT_NE(program_folder(intel).doubt.find("0700"), std::string::npos) << program_folder(intel).doubt;
 }

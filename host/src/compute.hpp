@@ -14,9 +14,9 @@
 
 #include "embedded.hpp"
 #include "error.hpp"
-#include "program.hpp"
 #include "program_cache.hpp"
 #include "renderer.hpp"
+#include "shared_program.hpp"
 
 namespace parian {
 
@@ -236,7 +236,7 @@ class Compute {
   std::vector<cl::Event> after_;
   std::function<bool()> cancelled_;
   ProgramCache cache_;
-  std::shared_ptr<Program> program_;
+  std::shared_ptr<SharedProgram> program_;
   std::string built_, built_from_;
   std::map<std::string, Prepared, std::less<>> kernels_;
   std::map<std::string, std::size_t> limits_;

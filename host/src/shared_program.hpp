@@ -9,24 +9,24 @@
 namespace parian {
 
 /// A program in one context, for one device. Whoever finds it unbuilt builds it, holding `building`.
-struct Program {
+struct SharedProgram {
   std::mutex building;
   cl::Program handle;
   bool built = false;
   /// An exception left the driver in the middle of a call that was for this program: the handle may not be released.
   std::atomic<bool> abandoned = false;
 
-  Program() = default;
-  ~Program() {
+  SharedProgram() = default;
+  ~SharedProgram() {
     if (abandoned) handle() = nullptr;
   }
-  Program(const Program&) = delete;
-  Program& operator=(const Program&) = delete;
+  SharedProgram(const SharedProgram&) = delete;
+  SharedProgram& operator=(const SharedProgram&) = delete;
 };
 
 /// The one program of `source` with `options` that all renderers of a context and device share as long as one of them
 /// has it. They must retain the context, so that its handle is nobody else's. Any thread may ask.
-[[nodiscard]] std::shared_ptr<Program> shared_program(cl_context context, cl_device_id device,
-                                                      const std::string& options, const std::string& source);
+[[nodiscard]] std::shared_ptr<SharedProgram> shared_program(cl_context context, cl_device_id device,
+                                                            const std::string& options, const std::string& source);
 
 }  // namespace parian
