@@ -246,8 +246,9 @@ TEST(Drivers, RenderTheSamePicture) {
     if (first.rgba.empty()) first = image;
     expect_alike(image, first, selector);
     // These two compile with the same LLVM, or nearly.
-    if (selector.starts_with("Intel") && selectors().front() == "Portable")
+    if (selector.starts_with("Intel") && selectors().front() == "Portable") {
       EXPECT_EQ(image.rgba, first.rgba) << selector;
+    }
   }
 }
 
