@@ -207,7 +207,12 @@ TEST(Cancelling, AtAnyPoint) {
       if (status == PARIAN_SUCCESS) status = parian_read(r.get(), nullptr, 0, rgba.data(), nullptr);
       return status;
     };
+    cancel = {0, 0};
+    ASSERT_EQ(render(), PARIAN_CANCELLED) << "before kernels are compiled";
+    cancel = {};
     CALL(render());
+    cancel = {};
+    CALL(render());  // all is compiled
     const int questions = cancel.asked;
     EXPECT_GT(questions, 300);
     for (int k = 0; k < questions; k += k < 150 || k > questions - 50 ? 1 : 23, ++points) {
