@@ -84,18 +84,6 @@ TEST_F(CliTest, NoDeviceIs4) {
   EXPECT_NE(outcome.err.find("no such device"), std::string::npos) << outcome.err;
 }
 
-TEST_F(CliTest, WithoutADriverOneLineSaysHowToGetOne) {
-  const std::string no_driver = "mkdir -p none; OCL_ICD_VENDORS=\"$PWD/none\" OPENCL_VENDOR_PATH=\"$PWD/none\"";
-  for (const char* arguments : {"render tet.obj -o a.exr", "devices", "check"}) {
-    const Outcome outcome = run(arguments, no_driver);
-    EXPECT_EQ(outcome.code, 4) << arguments;
-    EXPECT_TRUE(outcome.err.starts_with("parian: ")) << outcome.err;
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-    EXPECT_NE(outcome.err.find("apt install pocl-opencl-icd"), std::string::npos) << outcome.err;
-    EXPECT_EQ(outcome.out, "") << arguments;
-  }
-}
-
 TEST_F(CliTest, BadOutputIs5BeforeAnythingIsRead) {
   expect_error("render none.obj -o a.xyz", 5, "use .exr or .png");
   expect_error("render none.obj -o a", 5, "end it in .exr or .png");

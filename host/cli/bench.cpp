@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "driver_guard.hpp"
 #include "embedded.hpp"
 #include "machine.hpp"
 #include "terminal.hpp"
@@ -197,6 +198,7 @@ int run_bench(const BenchOptions& options) {
   if (options.poster) set_poster(input.settings, overrides);
   const std::string selector = options.input.device_selector(input.device);
   const std::array<double, 3> load = load_averages();
+  guard_drivers();
   const Bench measured = bench(input.scene, input.settings, selector, runs);
   Machine machine = describe_machine(measured.device);
   machine.load_before = load;

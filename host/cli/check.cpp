@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "driver_guard.hpp"
 #include "embedded.hpp"
 #include "terminal.hpp"
 
@@ -115,6 +116,7 @@ int run_check(const CheckOptions& options) {
   }
   if (!options.vectors.empty()) FileUses().reads("--vectors", options.vectors);
   if (options.half_space) return print_half_space(options.json);
+  guard_drivers();
   Table table;
   if (!options.json) settings.progress = [&](const CheckResult& result) { table.add(result); };
   const CheckReport report =

@@ -2,11 +2,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "child_process.hpp"
 #include "commands.hpp"
+#include "driver_guard.hpp"
+#include "drivers.hpp"
 #include "plan.hpp"
 #include "program_folder.hpp"
 #include "self_test.hpp"
@@ -54,29 +57,64 @@ Json failures_of(const std::string& selector) {
   return failed;
 }
 
+std::string line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n'; }
+
+/// What OpenCL offers: "devices"; "remarks" on drivers that offer none; "none", which says why, where there are none.
+Json offer() {
+  Json found{{"devices", Json::array()}, {"remarks", Json::array()}, {"none", ""}};
+  try {
+    for (const DeviceInfo& device : list_devices()) found["devices"].push_back(json_of(device));
+    if (found["devices"].empty()) found["none"] = why_no_device();
+    for (const std::string& remark : driver_remarks()) found["remarks"].push_back(remark);
+  } catch (const Error& error) {
+    found["none"] = error.what();
+  }
+  return found;
+}
+
+/// Which driver ends a process that asks for devices, if one does so by itself; and what to do.
+std::string culprit(const std::string& trouble) {
+  const RegisteredDrivers registered = registered_drivers();
+  std::string who = "a driver", ended = trouble, remedy = memory_limit() > 0 ? memory_remedy() + ", or " : "";
+  for (const Driver& driver : registered.drivers) {
+    if (!driver.place.ends_with(".icd")) continue;
+    const ChildOutcome outcome = in_child_process(patience, [&](const auto& tell) {
+      unguard_drivers();
+      setenv("OCL_ICD_VENDORS", driver.place.c_str(), 1);
+      (void)list_devices();
+      tell("done");
+    });
+    if (outcome.told == "done") continue;
+    who = driver.name();
+    ended = outcome.trouble;
+    break;
+  }
+  if (registered.drivers.size() > 1) remedy += "name another's .icd file in OCL_ICD_VENDORS, or ";
+  return fmt::format("{} fails when it is asked for its devices: {}; {}update that driver", who, ended, remedy);
+}
+
 /// Asks all devices, each in a process of its own: a driver that hangs or crashes is in the list like any other.
 Json survey() {
-  Json devices = Json::array();
-  for (std::size_t i = 0; i == 0 || i < devices.size(); ++i) {
-    const auto line = [](const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n'; };
+  Json found;
+  for (std::size_t i = 0; i == 0 || i < found["devices"].size(); ++i) {
     const ChildOutcome outcome = in_child_process(patience, [&](const auto& tell) {
-      Json all = Json::array();
-      for (const DeviceInfo& device : list_devices()) all.push_back(json_of(device));
+      unguard_drivers();
+      const Json all = offer();
       tell(line(all));
-      if (i < all.size()) tell(line(failures_of(std::to_string(i))));
+      if (i < all["devices"].size()) tell(line(failures_of(std::to_string(i))));
     });
     const std::size_t end = outcome.told.find('\n');
-    if (end == std::string::npos)
-      throw Error(ErrorKind::device, "a driver fails when it is asked for its devices: " + outcome.trouble +
-                                         "; name the others alone in OCL_ICD_VENDORS");
-    if (i == 0) devices = Json::parse(outcome.told.substr(0, end));
-    if (devices.empty()) break;
+    if (end == std::string::npos) throw Error(ErrorKind::device, culprit(outcome.trouble));
+    if (i == 0) found = Json::parse(outcome.told.substr(0, end));
+    if (found["devices"].empty()) break;
+    Json& device = found["devices"][i];
     const std::string answer = outcome.told.substr(end + 1);
-    const Json failed =
-        answer.ends_with('\n') ? Json::parse(answer) : Json{{{"check", "run"}, {"found", outcome.trouble}}};
-    devices[i]["self_test"] = {{"passed", failed.empty()}, {"failed", failed}};
+    const bool pocl = device["platform"] == "Portable Computing Language";
+    const std::string crash = outcome.trouble + "; " + crash_remedy(pocl ? Culprit::pocl : Culprit::other);
+    const Json failed = answer.ends_with('\n') ? Json::parse(answer) : Json{{{"check", "run"}, {"found", crash}}};
+    device["self_test"] = {{"passed", failed.empty()}, {"failed", failed}};
   }
-  return devices;
+  return found;
 }
 
 void print_list(const Json& devices) {
@@ -105,10 +143,15 @@ void add_devices(CLI::App& app, Run& run) {
   command->add_flag("--json", *json, "as JSON");
   command->callback([&run, json] {
     run = [json] {
-      const Json devices = survey();
+      const std::string told = guard_drivers();
+      const Json found = survey();
+      const Json& devices = found["devices"];
       if (*json) show_text(devices.dump(2, ' ', true) + "\n");
-      if (devices.empty()) throw Error(ErrorKind::device, no_device);
+      if (devices.empty()) throw Error(ErrorKind::device, found["none"].get<std::string>());
       if (!*json) print_list(devices);
+      flush_results();
+      for (const Json& remark : found["remarks"]) say(remark.get<std::string>());
+      if (!told.empty()) say(told);
       return 0;
     };
   });

@@ -6,6 +6,7 @@
 #include <new>
 
 #include "commands.hpp"
+#include "driver_guard.hpp"
 #include "embedded.hpp"
 #include "error.hpp"
 #include "interrupt.hpp"
@@ -89,9 +90,15 @@ int run(int argc, char** argv) {
   return chosen();
 }
 
+/// However main ends, its end is its own.
+struct OwnEnd {
+  ~OwnEnd() { parian::unguard_drivers(); }
+};
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  const OwnEnd own_end{};
   std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an error to report, not a reason to die
   parian::keep_standard_streams();
   parian::keep_ignored_signals();

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "commands.hpp"
+#include "driver_guard.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
 #include "rendering.hpp"
@@ -218,6 +219,7 @@ int run_render(const RenderOptions& options) {
   DeviceInfo device;
   Warnings warnings(input);
   {
+    guard_drivers();
     auto renderer = planned(input, options);
     device = renderer.device();
     warnings.say(input.scene.mesh.warnings);

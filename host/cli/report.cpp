@@ -13,6 +13,7 @@
 
 #include "ascii.hpp"
 #include "commands.hpp"
+#include "driver_guard.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
 #include "reference.hpp"
@@ -191,6 +192,7 @@ int run_report(const ReportOptions& options) {
     throw Error(ErrorKind::usage, fmt::format("--size: {} has {}x{} pixels; leave --size out, or give the same",
                                               options.reference, reference.width, reference.height));
   }
+  guard_drivers();
   Report report = measure(input.scene, input.settings, selector, reference, how, [&](const std::string& line) {
     if (!options.quiet) say(line);
   });

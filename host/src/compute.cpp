@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "drivers.hpp"
 #include "words.hpp"
 
 namespace parian {
@@ -31,6 +32,7 @@ std::string describe_cl_error(const cl::Error& error) {
     case CL_INVALID_BUFFER_SIZE:
       name = "out of memory";
       remedy = "lower " + setting("layer_size") + ", " + setting("layers") + " or " + setting("light_map_size");
+      if (memory_limit() > 0) remedy += ", or " + memory_remedy();
       break;
     case CL_OUT_OF_RESOURCES:
       name = "out of resources";
@@ -40,6 +42,15 @@ std::string describe_cl_error(const cl::Error& error) {
     case CL_DEVICE_NOT_AVAILABLE:
     case CL_COMPILER_NOT_AVAILABLE:
       name = "device or its compiler not available";
+      break;
+    case CL_INVALID_BINARY:
+    case CL_INVALID_PROGRAM_EXECUTABLE:
+    case CL_INVALID_KERNEL_NAME:
+    case CL_INVALID_KERNEL_DEFINITION:
+      name = "what the driver compiled isn't what its source says";
+      remedy = "delete the kernels that it has kept";
+      if (has_pocl(registered_drivers())) remedy += ", PoCL in " + pocl_cache().folder;
+      remedy += ", which may be damaged";
       break;
     default:
       name = "OpenCL call failed";
@@ -60,6 +71,7 @@ Compute::Compute(cl_context context, cl_device_id device) {
     info_ = describe(cl::Platform(device_.getInfo<CL_DEVICE_PLATFORM>()), device_);
     if (!belongs(device_, context_))
       throw Error(ErrorKind::usage, "device: '" + info_.name + "' isn't a device of the context; give one that is");
+    require_kernel_cache(info_);
   } catch (const cl::Error& e) {
     const bool unknown = e.err() == CL_INVALID_CONTEXT || e.err() == CL_INVALID_DEVICE;
     throw Error(unknown ? ErrorKind::usage : ErrorKind::device, "context or device: " + describe_cl_error(e), e.err());

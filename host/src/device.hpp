@@ -22,18 +22,23 @@ struct DeviceInfo {
   std::uint64_t max_work_group = 0;
 };
 
-/// What to tell a user whose machine has no OpenCL device.
-inline constexpr const char* no_device =
-    "there is no OpenCL device; install your GPU's driver, or PoCL to run on the CPU (Debian and Ubuntu: "
-    "apt install pocl-opencl-icd)";
-
 /// All devices of all platforms, in the order that the ICD loader gives them; empty when there is none.
 [[nodiscard]] std::vector<DeviceInfo> list_devices();
+
+/// What keeps registered drivers from offering a device, a message each. Loads them all.
+[[nodiscard]] std::vector<std::string> driver_remarks();
+
+/// Why there is no device, on a machine that has none, and what to do: one message.
+[[nodiscard]] std::string why_no_device();
 
 /// What a device of `platform` says of itself; its index is 0. Throws cl::Error.
 [[nodiscard]] DeviceInfo describe(const cl::Platform& platform, const cl::Device& device);
 
-/// The device that `selector` means, as Renderer describes it. Throws Error(device) where there is none.
+/// The device that `selector` means, as Renderer describes it. Throws Error(device) where there is none, with the
+/// reason, and as require_kernel_cache() does.
 [[nodiscard]] std::pair<DeviceInfo, cl::Device> pick(const std::string& selector);
+
+/// Throws Error(device) where a device is PoCL's, and PoCL can't keep compiled kernels, without which it builds none.
+void require_kernel_cache(const DeviceInfo& device);
 
 }  // namespace parian
