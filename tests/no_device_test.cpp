@@ -41,7 +41,7 @@ class NoDevice : public CommandTest {
                         const std::vector<std::string>& commands = {"devices"}, const std::string& through = "") const {
     for (const std::string& command : commands) {
       const Outcome outcome = run_with(settings, command, through);
-      expect_one_line(outcome, 4, "there is no OpenCL device: ", settings + " " + command);
+      expect_one_line(outcome, 4, "there is no OpenCL device: ", command);
       for (const std::string& words : says) EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
       EXPECT_EQ(outcome.out, "");
     }
@@ -153,7 +153,6 @@ class NoCache : public NoDevice {
  protected:
   void SetUp() override {
     if (!fs::exists("/etc/OpenCL/vendors/pocl.icd")) GTEST_SKIP() << "PoCL isn't installed";
-    if (run_with(cached_, "render tet.obj --dry-run").code != 0) GTEST_SKIP() << "PoCL has no device here";
   }
   const std::string pocl_ = "-u XDG_CACHE_HOME -u XDG_RUNTIME_DIR -u POCL_CACHE_DIR OCL_ICD_VENDORS=pocl.icd ",
                     cached_ = pocl_ + "POCL_CACHE_DIR=\"$PWD/cache\" ";
@@ -219,7 +218,7 @@ TEST_F(NoCache, PoclGetsOneOfTheUsersOwn) {
 
 TEST_F(NoCache, DamagedKernelsAreNamed) {
   const fs::path cache = scratch_ / "cache";
-  ASSERT_EQ(run_with(cached_, "devices").code, 0);
+  for (const char* command : {"devices", "render tet.obj --dry-run"}) ASSERT_EQ(run_with(cached_, command).code, 0);
   const auto expect_named = [&](const std::string& name, const std::string& damage) {
     std::map<fs::path, std::string> whole;  // of the program of each command
     for (const fs::path& file : fs::recursive_directory_iterator(cache))

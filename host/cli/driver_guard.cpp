@@ -50,11 +50,14 @@ void on_exit_of_others() {
 
 /// A folder of this user's own, which nobody else can write or read; empty if there is none.
 std::string private_folder() {
-  const auto variable = [](const char* name) { return std::string(std::getenv(name) ? std::getenv(name) : ""); };
+  const auto variable = [](const char* name) {
+    const char* value = std::getenv(name);
+    return std::string(value ? value : "");
+  };
   const std::string temporary = variable("TMPDIR").empty() ? "/tmp" : variable("TMPDIR");
   for (const std::string& base : {variable("XDG_RUNTIME_DIR"), temporary}) {
     if (!base.starts_with('/') || !kernel_folder_trouble(base).empty()) continue;
-    const std::string folder = fmt::format("{}/parian-{}", base, geteuid());
+    std::string folder = fmt::format("{}/parian-{}", base, geteuid());
     (void)mkdir(folder.c_str(), S_IRWXU);  // it may be there
     struct stat status {};
     if (lstat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && status.st_uid == geteuid() &&

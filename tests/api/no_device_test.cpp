@@ -18,7 +18,7 @@ namespace {
 std::string environment() {
   std::string all;
   for (const char* name : {"POCL_CACHE_DIR", "HWLOC_SYNTHETIC", "OCL_ICD_VENDORS"})
-    all += std::string(std::getenv(name) ? std::getenv(name) : "unset") + '\n';
+    if (const char* value = std::getenv(name)) all.append(name).append("=").append(value).append("\n");
   return all;
 }
 
