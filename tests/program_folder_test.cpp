@@ -94,7 +94,8 @@ using ProgramFolderCommand = CommandTest;
 
 TEST_F(ProgramFolderCommand, ChangesNoPicture) {
   const auto picture = [&](const std::string& cache, const std::string& says) {
-    const Outcome outcome = run(std::string(small_render) + "--error 0 --frames 2 -o a.exr --quiet", "PARIAN_CACHE=" + cache);
+    const Outcome outcome =
+        run(std::string(small_render) + "--error 0 --frames 2 -o a.exr --quiet", "PARIAN_CACHE=" + cache);
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
     EXPECT_EQ(outcome.err.empty(), says.empty()) << outcome.err;
