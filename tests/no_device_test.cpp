@@ -129,7 +129,7 @@ TEST_F(NoDevice, OthersAreRemarkedOnWhereThereIsOne) {
   if (!fs::exists(pocl)) GTEST_SKIP() << "PoCL isn't installed";
   only("libnothere.so.1");
   fs::copy_file(pocl, scratch_ / "vendors/pocl.icd");
-  const Outcome devices = run_with("", "devices --json"), dry = run_with("", "render tet.obj --dry-run");
+  const Outcome devices = run_with("", "devices --json"), dry = run_with("", "render tet.obj --dry-run --quiet");
   EXPECT_EQ(nlohmann::json::parse(devices.out).size(), 1U);
   expect_one_line(devices, 0, "libnothere.so.1, which", "devices");
   EXPECT_EQ(dry.code, 0);
@@ -166,7 +166,7 @@ TEST_F(NoCache, WhatTheUserChoseCannotBeWritten) {
   scratch_.write("file", "");
   const Outcome outcome = run_with(pocl_ + "POCL_CACHE_DIR=\"$PWD/file\"", "render tet.obj -o a.exr");
   expect_one_line(outcome, 4, "file is no folder" + remedy, "a file in place of the folder");
-  const Outcome empty = run_with(pocl_ + "POCL_CACHE_DIR=", "render tet.obj --dry-run");
+  const Outcome empty = run_with(pocl_ + "POCL_CACHE_DIR=", "render tet.obj --dry-run --quiet");
   EXPECT_EQ(empty.code, 0) << empty.err;
 }
 
@@ -207,7 +207,7 @@ TEST_F(NoCache, PoclGetsOneOfTheUsersOwn) {
   }
   fs::remove_all(folder);
 
-  const Outcome outcome = run_with(settings, "render tet.obj --dry-run");
+  const Outcome outcome = run_with(settings, "render tet.obj --dry-run --quiet");
   EXPECT_EQ(outcome.code, 0);
   EXPECT_EQ(outcome.err, "");
   struct stat status {};
@@ -252,7 +252,7 @@ TEST_F(NoCache, DamagedKernelsAreNamed) {
 TEST_F(NoCache, SysfsIsNotMounted) {
   const std::string bare = "unshare -m sh -c 'mount -t tmpfs none /sys && exec \"$0\" \"$@\"'";
   if (!can(bare + " true")) GTEST_SKIP() << "no mounts here";
-  const Outcome outcome = run_with(cached_ + "env -u HWLOC_SYNTHETIC", "render tet.obj --dry-run", bare);
+  const Outcome outcome = run_with(cached_ + "env -u HWLOC_SYNTHETIC", "render tet.obj --dry-run --quiet", bare);
   EXPECT_EQ(outcome.code, 0);
   EXPECT_EQ(outcome.err, "");
 }
