@@ -178,23 +178,24 @@ void Compute::build_from_source(const std::string& options, const std::string& s
 
 /// Keeps what has been compiled, if the driver hands it out.
 void Compute::keep_binary(const std::string& key) {
-  const auto of_program = [&](cl_program_info what, auto& values) {
-    const std::size_t bytes = values.size() * sizeof values[0];
-    return in_driver([&] { return clGetProgramInfo(program_->handle(), what, bytes, values.data(), nullptr); });
+  const auto of_program = [&](cl_program_info what, std::size_t bytes, void* values) {
+    return in_driver([&] { return clGetProgramInfo(program_->handle(), what, bytes, values, nullptr); });
   };
-  std::vector<cl_uint> count(1);
-  if (of_program(CL_PROGRAM_NUM_DEVICES, count) != CL_SUCCESS) return;
-  std::vector<cl_device_id> devices(count[0]);
-  std::vector<std::size_t> sizes(count[0]);
-  if (of_program(CL_PROGRAM_DEVICES, devices) != CL_SUCCESS || of_program(CL_PROGRAM_BINARY_SIZES, sizes) != CL_SUCCESS)
+  cl_uint count = 0;
+  if (of_program(CL_PROGRAM_NUM_DEVICES, sizeof count, &count) != CL_SUCCESS) return;
+  std::vector<cl_device_id> devices(count);
+  std::vector<std::size_t> sizes(count);
+  if (of_program(CL_PROGRAM_DEVICES, count * sizeof(cl_device_id), devices.data()) != CL_SUCCESS ||
+      of_program(CL_PROGRAM_BINARY_SIZES, count * sizeof(std::size_t), sizes.data()) != CL_SUCCESS)
     return;
   // The context's other devices, for which nothing was built, get no place to write to.
   const auto at = static_cast<std::size_t>(std::find(devices.begin(), devices.end(), device_()) - devices.begin());
   if (at == devices.size() || sizes[at] == 0) return;
   ProgramCache::Bytes binary(sizes[at]);
-  std::vector<unsigned char*> places(count[0], nullptr);
+  std::vector<unsigned char*> places(count, nullptr);
   places[at] = binary.data();
-  if (of_program(CL_PROGRAM_BINARIES, places) == CL_SUCCESS) cache_.keep(key, binary);
+  if (of_program(CL_PROGRAM_BINARIES, count * sizeof(unsigned char*), places.data()) == CL_SUCCESS)
+    cache_.keep(key, binary);
 }
 
 cl::Buffer Compute::allocate(std::size_t bytes) {

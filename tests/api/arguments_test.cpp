@@ -1,5 +1,7 @@
 // The C API given what it can't use: each call refuses before anything is enqueued, says what is wrong, and leaves the
 // renderer as it was. Here pointers, sizes, contexts and images.
+#include <algorithm>
+
 #include "opencl_watch.hpp"
 #include "refusals.hpp"
 
@@ -252,10 +254,24 @@ TEST(ArgumentsOfCreate, OtherDevices) {
   clCreateSubDevices(opencl().device(), each, 0, nullptr, &n);
   std::vector<cl_device_id> parts(n);
   if (n > 0 && clCreateSubDevices(opencl().device(), each, n, parts.data(), nullptr) == CL_SUCCESS) {
+    // A part of a device is the context's if a queue says so: here none does.
     parian_create_info info = in_context();
     info.device = parts[0];
-    parian_renderer* made = nullptr;
-    refused(parian_create(&info, &made), PARIAN_INVALID_ARGUMENT, {"device", "context"});
+    std::uint64_t queue = 0;
+    for (const bool refuses : {false, true}) {
+      OpenclWatch watch;
+      if (refuses) watch.fail(queue, CL_INVALID_DEVICE);
+      parian_renderer* made = nullptr;
+      const parian_status status = parian_create(&info, &made);
+      if (refuses)
+        refused(status, PARIAN_INVALID_ARGUMENT, {"device", "context"});
+      else
+        ASSERT_EQ(status, PARIAN_SUCCESS) << parian_message();
+      const auto& names = watch.names();
+      queue = static_cast<std::uint64_t>(std::find(names.begin(), names.end(), std::string("clCreateCommandQueue")) -
+                                         names.begin());
+      parian_release(made);
+    }
     for (const cl_device_id part : parts) clReleaseDevice(part);
   }
   // Contexts of two devices are rare: a queue says that it is of another.
