@@ -152,11 +152,14 @@ TEST(Faults, EveryCallWithFixedCameras) { every_call_fails(Kind::fixed); }
 TEST(Faults, ExceptionsOutOfTheDriver) {
   for (const char* name : {"clCreateProgramWithSource", "clBuildProgram", "clCreateKernel", "clCreateBuffer",
                            "clEnqueueNDRangeKernel", "clEnqueueReadBuffer", "clEnqueueFillBuffer", "clWaitForEvents"}) {
-    const cl::Buffer vertices = opencl().buffer(SmallScene().positions);
-    const cl::Buffer triangles = opencl().buffer(SmallScene().indices);
-    const SmallScene scene;
+    const cl::Context context(opencl().device);  // what shares programs with it is lost, too
+    SmallScene scene;
+    const auto buffer = [&](auto& data) {
+      return cl::Buffer(context, CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR, data.size() * sizeof data[0], data.data());
+    };
+    const cl::Buffer vertices = buffer(scene.positions), triangles = buffer(scene.indices);
     OpenclWatch watch;
-    Handle r = create();
+    Handle r = create(in_context(context));
     const parian_mesh mesh = SmallScene::mesh(scene, vertices, triangles);
     CALL(parian_set_mesh(r.get(), &mesh));
     CALL(scene.describe(r.get()));
@@ -170,6 +173,9 @@ TEST(Faults, ExceptionsOutOfTheDriver) {
     EXPECT_EQ(parian_set_mesh(r.get(), &mesh), PARIAN_DEVICE_LOST) << name;
     r.reset();
     EXPECT_EQ(watch.calls(), calls) << name << ", then " << watch.names().back();
+    const Handle other = create(in_context(context));
+    CALL(scene.give(other.get()));
+    EXPECT_EQ(parian_plan(other.get(), nullptr), PARIAN_DEVICE_LOST) << name << ": another renderer of the context";
   }
 }
 
