@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "commands.hpp"
+#include "driver_guard.hpp"
 #include "interrupt.hpp"
 #include "medium.hpp"
 #include "progress.hpp"
@@ -108,6 +109,7 @@ void write_outputs(const ReferenceOptions& options, const Input& input, const Re
 }
 
 int run_reference(const ReferenceOptions& options) {
+  guard_drivers();  // modules are loaded after them
   const Clock clock;
   ReferenceSettings settings = parse_settings(options);
   const auto exposure = options.exposure.empty() ? Exposure() : parse_exposure(options.exposure);
