@@ -181,8 +181,7 @@ class Compute {
   void keep_binary(const std::string& key);
   static constexpr const char* lost_driver =
       ": the driver left a call by an exception, as for want of memory, and is of no use any more in this process; "
-      "give "
-      "the process more memory";
+      "give the process more memory";
   cl::Buffer allocate(std::size_t bytes);
   cl::Buffer part_of_scratch(std::size_t bytes);
   Prepared& prepared(const char* name);
