@@ -4,6 +4,7 @@
 #include <random>
 
 #include "kernels/raster.h"
+#include "relative_error.hpp"
 #include "renderer_state.hpp"
 
 namespace parian {
@@ -16,7 +17,7 @@ constexpr std::uint32_t positions = POSITIONS_SIDE_BY_SIDE;  // subpixel positio
 std::vector<std::size_t> choose_pixels(const Halves& image, std::uint32_t seed) {
   std::vector<std::size_t> covered;
   for (std::size_t i = 0; i < image.alpha.size(); ++i)
-    if (image.alpha[i] >= 0.999F) covered.push_back(i);
+    if (image.alpha[i] >= fully_covered) covered.push_back(i);
   std::mt19937 random(seed);
   const std::size_t n = std::min(chosen_pixels, covered.size());
   for (std::size_t i = 0; i < n; ++i) std::swap(covered[i], covered[i + random() % (covered.size() - i)]);

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <limits>
 
+#include "relative_error.hpp"
+
 namespace parian {
 
 namespace {
 
-constexpr float covered = 0.999F;  // alpha from which a pixel counts as the object's
-
-/// The mean of C over covered pixels and RGB, and how many values that is of.
+/// The mean of C over M and RGB, and how many values that is of.
 struct Mean {
   double value = 0.0;
   std::size_t count = 0;
@@ -20,7 +20,7 @@ struct Mean {
 Mean mean_of(const Halves& h) {
   Mean mean;
   for (std::size_t i = 0; i < h.alpha.size(); ++i) {
-    if (h.alpha[i] < covered) continue;
+    if (h.alpha[i] < fully_covered) continue;
     for (int c = 0; c < 3; ++c) mean.value += 0.5 * (double{h.a[i][c]} + double{h.b[i][c]});
     mean.count += 3;
   }
@@ -29,10 +29,7 @@ Mean mean_of(const Halves& h) {
 }
 
 /// 1 / (C^2 + eps^2) of one value.
-double weight_of(double a, double b, double epsilon) {
-  const double shown = 0.5 * (a + b);
-  return 1.0 / (shown * shown + epsilon * epsilon);
-}
+double weight_of(double a, double b, const RelativeTo& relative) { return 1.0 / relative(0.5 * (a + b)); }
 
 }  // namespace
 
@@ -45,11 +42,12 @@ double estimated_relmse(const Halves& h, const Halves& finest, const Expected& e
   if (!std::isfinite(mean.value))
     return std::numeric_limits<double>::infinity();  // a NaN must never count as converged
   if (mean.value <= 0.0) return expected.light ? -1.0 : 0.0;
+  const RelativeTo relative(mean.value);
   double variance = 0.0, blur = 0.0;
   for (std::size_t i = 0; i < h.alpha.size(); ++i) {
-    if (h.alpha[i] < covered) continue;
+    if (h.alpha[i] < fully_covered) continue;
     for (int c = 0; c < 3; ++c) {
-      const double a = h.a[i][c], b = h.b[i][c], weight = weight_of(a, b, 0.01 * mean.value);
+      const double a = h.a[i][c], b = h.b[i][c], weight = weight_of(a, b, relative);
       variance += weight * 0.25 * (a - b) * (a - b);
       blur += weight * (a - double{finest.a[i][c]}) * (b - double{finest.b[i][c]});
     }
@@ -64,10 +62,11 @@ double estimated_bias_relmse(const Halves& h, const PixelDifferences& d, const E
   const Mean mean = mean_of(h);
   if (!std::isfinite(mean.value)) return std::numeric_limits<double>::infinity();
   if (mean.value <= 0.0) return expected.light ? -1.0 : 0.0;
+  const RelativeTo relative(mean.value);
   double sum = 0.0;
   for (std::size_t i = 0; i < d.pixels.size(); ++i)
     for (int c = 0; c < 3; ++c)
-      sum += weight_of(h.a[d.pixels[i]][c], h.b[d.pixels[i]][c], 0.01 * mean.value) * double{d.a[i][c]} * d.b[i][c];
+      sum += weight_of(h.a[d.pixels[i]][c], h.b[d.pixels[i]][c], relative) * double{d.a[i][c]} * d.b[i][c];
   if (!std::isfinite(sum)) return std::numeric_limits<double>::infinity();
   return std::max(sum, 0.0) / (3.0 * static_cast<double>(d.pixels.size()));
 }

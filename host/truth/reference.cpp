@@ -14,13 +14,13 @@
 #include "parallel.hpp"
 #include "reference_entry.hpp"
 #include "reference_surface.hpp"
+#include "relative_error.hpp"
 #include "views.hpp"
 
 namespace parian {
 namespace {
 
 constexpr std::uint32_t least_entries = 4;  // per light and point of exit
-constexpr float covered = 0.999F;           // alpha from which a pixel counts for its own relMSE
 constexpr std::uint32_t pilot_rays = 256;   // that find out whether a pixel straddles an edge
 constexpr std::uint32_t hasty_rays = 16;    // likewise, at least, where time is short
 constexpr std::uint32_t at_edges = 8;       // times as many camera rays in pixels that do
@@ -277,18 +277,18 @@ double own_relmse(const ReferenceState& state) {
   double sum = 0;
   std::vector<std::size_t> inside;
   for (std::size_t i = 0; i < state.mean.size() / 4; ++i) {
-    if (static_cast<float>(state.mean[4 * i + 3]) < covered) continue;
+    if (static_cast<float>(state.mean[4 * i + 3]) < fully_covered) continue;
     inside.push_back(i);
     for (int c = 0; c < 3; ++c) sum += state.mean[4 * i + c];
   }
   if (inside.empty() || state.batches < 2) return -1;
   const double values = 3.0 * static_cast<double>(inside.size()), n = state.batches;
-  const double epsilon = 0.01 * sum / values;
+  const RelativeTo relative(sum, values);
   double relmse = 0;
   for (const std::size_t i : inside)
     for (int c = 0; c < 3; ++c) {
       const double mean = state.mean[4 * i + c], variance = state.squared[3 * i + c] / (n * (n - 1));
-      if (variance > 0) relmse += variance / (mean * mean + epsilon * epsilon) / values;
+      if (variance > 0) relmse += variance / relative(mean) / values;
     }
   return relmse;
 }

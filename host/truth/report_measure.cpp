@@ -91,7 +91,8 @@ ReportRun render_run(const Scene& scene, const Settings& settings, const std::st
       image = renderer.image(0);
     });
     point.relmse = compare(image, reference).relmse;
-    point.sampling_relmse = sampling_relmse(image, limit.image, reference);
+    // Relative to the reference too, so that errors of all configurations can be compared.
+    point.sampling_relmse = compare(image, limit.image, reference).relmse;
     if (image.estimated_relmse >= 0 && std::isfinite(image.estimated_relmse))
       point.estimated_relmse = image.estimated_relmse;
     if (shots) shots->push_back({std::move(image), point.seconds, point.frames, point.relmse});

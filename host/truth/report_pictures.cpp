@@ -14,7 +14,6 @@
 namespace parian {
 namespace {
 
-constexpr float covered = 0.999F;
 constexpr double least_cover = 0.75;  // of a part's pixels
 
 /// A square of the film.
@@ -34,13 +33,7 @@ Image cut(const Image& image, const Part& part) {
 
 /// The parts that the object fills, worst first.
 std::vector<Part> parts_of(const Image& picture, const Image& reference) {
-  double sum = 0, count = 0;
-  for (std::size_t i = 0; i < reference.rgba.size(); i += 4)
-    if (reference.rgba[i + 3] >= covered) {
-      ++count;
-      for (int c = 0; c < 3; ++c) sum += static_cast<double>(reference.rgba[i + c]);
-    }
-  const double epsilon = count > 0 ? 0.01 * sum / (3 * count) : 1;
+  const std::vector<double> errors = pixel_errors(picture, reference);
   const std::uint32_t side = std::max(8U, std::min(reference.width, reference.height) / 4);
   std::vector<Part> parts;
   for (std::uint32_t y = 0; y + side <= reference.height; y += side / 4)
@@ -49,13 +42,10 @@ std::vector<Part> parts_of(const Image& picture, const Image& reference) {
       double inside = 0;
       for (std::uint32_t v = y; v < y + side; ++v)
         for (std::uint32_t u = x; u < x + side; ++u) {
-          const std::size_t i = 4 * (std::size_t{v} * reference.width + u);
-          if (std::min(reference.rgba[i + 3], picture.rgba[i + 3]) < covered) continue;
+          const double error = errors[std::size_t{v} * reference.width + u];
+          if (error < 0) continue;
           ++inside;
-          for (int c = 0; c < 3; ++c) {
-            const double r = reference.rgba[i + c], d = static_cast<double>(picture.rgba[i + c]) - r;
-            part.error += d * d / (r * r + epsilon * epsilon + 1e-30) / 3;
-          }
+          part.error += error;
         }
       part.error /= std::max(1.0, inside);
       if (inside >= least_cover * side * side) parts.push_back(part);
