@@ -5,12 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
-#include "ascii.hpp"
 #include "embedded.hpp"
 #include "error.hpp"
+#include "nearest.hpp"
 
 namespace parian {
 namespace {
@@ -46,28 +45,6 @@ double diffuse_reflectance_fit(double eta) {
   const double fit = eta >= 1 ? ((-1.440 * i + 0.710) * i + 0.668) + 0.0636 * eta
                               : -0.4399 + i * (0.7099 + i * (-0.3319 + i * 0.0636));
   return std::clamp(fit, 0.0, 0.99);
-}
-
-/// `name` as names are compared: without case, spaces, '-' and '_'.
-std::string plain(const std::string& name) {
-  std::string result;
-  for (const char c : name)
-    if (c != ' ' && c != '-' && c != '_') result += ascii::lower(c);
-  return result;
-}
-
-/// Letters to insert, delete or replace to make `b` of `a`.
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i);
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replace = diagonal + (a[i - 1] != b[j - 1]);
-      diagonal = std::exchange(row[j], std::min({row[j] + 1, row[j - 1] + 1, replace}));
-    }
-  }
-  return row.back();
 }
 
 glm::dvec3 rgb(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
@@ -221,17 +198,15 @@ const std::vector<MeasuredMaterial>& measured_materials() {
 }
 
 Material find_material(const std::string& name) {
-  const std::string wanted = plain(name);
-  std::vector<std::pair<std::size_t, std::string>> others;
+  std::vector<std::string> names;
   for (const MeasuredMaterial& row : measured_materials()) {
-    const std::string have = plain(row.material.name);
-    if (have == wanted) return row.material;
-    others.emplace_back(edit_distance(wanted, have), row.material.name);
+    if (plain_name(row.material.name) == plain_name(name)) return row.material;
+    names.push_back(row.material.name);
   }
-  std::partial_sort(others.begin(), others.begin() + 3, others.end());
-  throw Error(ErrorKind::input, fmt::format("material '{}': not among the measured materials; the nearest names are "
-                                            "{}, {} and {}",
-                                            name, others[0].second, others[1].second, others[2].second));
+  names = nearest_first(name, names);
+  throw Error(ErrorKind::input,
+              fmt::format("material '{}': not among the measured materials; the nearest names are {}, {} and {}", name,
+                          names.at(0), names.at(1), names.at(2)));
 }
 
 double exact_bssrdf(Model model, const kernels::ExactMedium& medium, const kernels::ExactBoundary& boundary,

@@ -6,15 +6,16 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
+
+#include "ascii.hpp"
 
 namespace parian {
 namespace {
 
-char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
 /// Changes, insertions, deletions and swaps of neighbours that make `b` of `a`; case ignored.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
-  const auto equal = [&](std::size_t i, std::size_t j) { return lower(a[i]) == lower(b[j]); };
+  const auto equal = [&](std::size_t i, std::size_t j) { return ascii::lower(a[i]) == ascii::lower(b[j]); };
   std::vector<std::size_t> before, above, row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -46,6 +47,17 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
   return best;
 }
 
+std::vector<std::string> nearest_first(std::string_view word, const std::vector<std::string>& names) {
+  const std::string plain = plain_name(word);
+  std::vector<std::pair<std::size_t, std::string>> order;
+  order.reserve(names.size());
+  for (const std::string& name : names) order.emplace_back(edit_distance(plain, plain_name(name)), name);
+  std::sort(order.begin(), order.end());
+  std::vector<std::string> sorted;
+  for (auto& [distance, name] : order) sorted.push_back(std::move(name));
+  return sorted;
+}
+
 std::string suggestion(std::string_view word, const std::vector<std::string>& candidates) {
   const std::string near = nearest(word, candidates);
   if (!near.empty()) return fmt::format("did you mean '{}'?", near);
@@ -55,7 +67,7 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
 std::string plain_name(std::string_view name) {
   std::string plain;
   for (const char c : name) {
-    if (c != ' ' && c != '-' && c != '_') plain.push_back(lower(c));
+    if (c != ' ' && c != '-' && c != '_') plain.push_back(ascii::lower(c));
   }
   return plain;
 }

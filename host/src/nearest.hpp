@@ -9,6 +9,9 @@ namespace parian {
 /// The candidate nearest to `word` by edit distance (case ignored), or "" when none is near enough to be meant.
 [[nodiscard]] std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
 
+/// All of `names`, nearest to `word` by edit distance first, as plain_name has both; equally near ones by alphabet.
+[[nodiscard]] std::vector<std::string> nearest_first(std::string_view word, const std::vector<std::string>& names);
+
 /// "did you mean 'X'?" when a candidate is near, else "use one of: A, B, C".
 [[nodiscard]] std::string suggestion(std::string_view word, const std::vector<std::string>& candidates);
 
