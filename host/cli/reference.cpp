@@ -100,7 +100,7 @@ void write_outputs(const ReferenceOptions& options, const Input& input, const Re
   const Image image = reference_image(state);
   PictureNotes notes;
   notes.settings = fmt::format("reference material={} model={}", input.scene.material.name,
-                               std::array{"directional", "standard", "better"}[static_cast<int>(settings.model)]);
+                               model_names[static_cast<std::size_t>(settings.model)]);
   notes.estimated_relmse = image.estimated_relmse;
   notes.other = {{"batches", fmt::format("{}", state.batches)},
                  {"samples", fmt::format("{}", state.samples)},
@@ -131,7 +131,8 @@ int run_reference(const ReferenceOptions& options) {
   settings.samples = std::clamp(rays_per_batch / pixels, 1U, settings.samples);  // no batch of a large film takes hours
   for (const std::string& warning : input.scene.mesh.warnings)
     say(fmt::format("warning: {}: {}", input.mesh_file, warning));
-  for (const std::string& doubt : doubts_of(input.scene.material)) say("warning: " + doubt);
+  for (const std::string& doubt : doubts_of(input.scene.material, optics_of(input.scene.material)))
+    say("warning: " + doubt);
   const std::string mark = fingerprint(input.scene, settings.model);
   ReferenceState state =
       options.resume ? earlier_state(resumable(options), mark, input.scene.film, settings.samples) : ReferenceState();

@@ -137,7 +137,7 @@ std::vector<RenderOption> make_options() {
       on_off("light-map-shift", "shift the light map's grid now and then", &Settings::light_map_shift),
       whole("samples", "samples per texel and frame, shared by the lights, at least two each; even", &Settings::samples,
             2, 65536, 2),
-      choice("model", "the dipole", &Settings::model, {"directional", "standard", "better"}),
+      choice("model", "the dipole", &Settings::model, {model_names.begin(), model_names.end()}),
       choice("estimator", "how places on the light map are drawn", &Settings::estimator, {"auto", "radial", "disc"}),
       number("disc-radius", "MM", "the disc's radius, with --estimator disc; 0: from the material",
              &Settings::disc_radius, 0, 1e6),

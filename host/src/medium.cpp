@@ -49,6 +49,37 @@ double diffuse_reflectance_fit(double eta) {
 
 glm::dvec3 rgb(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
+/// The moments of an index and of its inverse, which all channels share.
+struct BothMoments {
+  explicit BothMoments(double eta) : at(fresnel_moments(eta)), at_inverse(fresnel_moments(1 / eta)) {}
+  FresnelMoments at, at_inverse;
+};
+
+ChannelConstants channel_constants(double sigma_s, double sigma_a, double g, double eta, const BothMoments& moments) {
+  const double sigma_s_prime = (1 - g) * sigma_s;
+  ChannelConstants c;
+  c.eta = eta;
+  c.sigma_t_prime = sigma_s_prime + sigma_a;
+  if (c.sigma_t_prime > 0) {
+    c.alpha_prime = sigma_s_prime / c.sigma_t_prime;
+    c.absorbed = sigma_a / c.sigma_t_prime;
+    const double offset = c.sigma_t_prime / (3 * (sigma_s + sigma_a));
+    c.a_back = offset * offset;
+  }
+  c.C_phi = moments.at.C_phi;
+  c.C_E = moments.at.C_E;
+  c.C_phi_inv = moments.at_inverse.C_phi;
+  c.A = (1 - c.C_E) / (2 * c.C_phi);
+  c.sigma_tr = std::sqrt(3 * c.absorbed);
+  c.d_e = 2.131 / 3 / std::sqrt(std::max(c.alpha_prime, 1e-6));
+  c.z_v = 2 * c.A * c.d_e;
+  return c;
+}
+
+kernels::ExactBoundary exact_boundary(double eta, double C_phi, double C_E) {
+  return {eta * eta, (eta - 1) * (eta + 1), 1 / eta, 3 * C_phi / C_E};
+}
+
 }  // namespace
 
 FresnelMoments fresnel_moments(double eta) {
@@ -79,25 +110,17 @@ FresnelMoments fresnel_moments(double eta) {
 }
 
 ChannelConstants channel_constants(double sigma_s, double sigma_a, double g, double eta) {
-  const double sigma_s_prime = (1 - g) * sigma_s;
-  ChannelConstants c;
-  c.eta = eta;
-  c.sigma_t_prime = sigma_s_prime + sigma_a;
-  if (c.sigma_t_prime > 0) {
-    c.alpha_prime = sigma_s_prime / c.sigma_t_prime;
-    c.absorbed = sigma_a / c.sigma_t_prime;
-    const double offset = c.sigma_t_prime / (3 * (sigma_s + sigma_a));
-    c.a_back = offset * offset;
-  }
-  const FresnelMoments inside = fresnel_moments(eta);
-  c.C_phi = inside.C_phi;
-  c.C_E = inside.C_E;
-  c.C_phi_inv = fresnel_moments(1 / eta).C_phi;
-  c.A = (1 - c.C_E) / (2 * c.C_phi);
-  c.sigma_tr = std::sqrt(3 * c.absorbed);
-  c.d_e = 2.131 / 3 / std::sqrt(std::max(c.alpha_prime, 1e-6));
-  c.z_v = 2 * c.A * c.d_e;
-  return c;
+  return channel_constants(sigma_s, sigma_a, g, eta, BothMoments(eta));
+}
+
+Optics optics_of(const Material& material) {
+  const BothMoments moments(material.ior);
+  Optics optics;
+  for (int c = 0; c < 3; ++c)
+    optics.channels[static_cast<std::size_t>(c)] =
+        channel_constants(material.sigma_s[c], material.sigma_a[c], material.g[c], material.ior, moments);
+  optics.boundary = exact_boundary(optics.channels[0]);
+  return optics;
 }
 
 void validate(const Material& material, const std::string& place) {
@@ -120,20 +143,20 @@ void validate(const Material& material, const std::string& place) {
   }
 }
 
-std::vector<std::string> doubts_of(const Material& material) {
+std::vector<std::string> doubts_of(const Material& material, const Optics& optics) {
   std::vector<std::string> doubts;
   if (material.ior < 1)
     doubts.push_back(fmt::format(
         "material '{}': ior {:g} is below 1, less than the outside has, and shines several times too bright "
         "if it is the inverse of what was meant; give {:.4g} then",
         material.name, material.ior, 1 / material.ior));
-  for (int c = 0; c < 3; ++c) {
-    const ChannelConstants k = channel_constants(material.sigma_s[c], material.sigma_a[c], material.g[c], material.ior);
-    if (k.alpha_prime > 0 && k.alpha_prime < 0.5)
+  for (std::size_t c = 0; c < 3; ++c) {
+    const ChannelConstants& k = optics.channels[c];
+    if (k.alpha_prime > 0 && k.alpha_prime < least_diffusive_albedo)
       doubts.push_back(
-          fmt::format("material '{}': reduced albedo {:.2f} in channel {} is below 0.5, where a diffusion model is "
+          fmt::format("material '{}': reduced albedo {:.2f} in channel {} is below {}, where a diffusion model is "
                       "several times too bright",
-                      material.name, k.alpha_prime, "RGB"[c]));
+                      material.name, k.alpha_prime, "RGB"[c], least_diffusive_albedo));
   }
   return doubts;
 }
@@ -178,11 +201,14 @@ kernels::Medium device_medium(const ChannelConstants& channel, Model model, doub
 
 kernels::ExactBoundary exact_boundary(double eta) {
   const FresnelMoments inside = fresnel_moments(eta);
-  return {eta * eta, (eta - 1) * (eta + 1), 1 / eta, 3 * inside.C_phi / inside.C_E};
+  return exact_boundary(eta, inside.C_phi, inside.C_E);
 }
 
-kernels::Boundary boundary(double eta) {
-  const kernels::ExactBoundary b = exact_boundary(eta);
+kernels::ExactBoundary exact_boundary(const ChannelConstants& channel) {
+  return exact_boundary(channel.eta, channel.C_phi, channel.C_E);
+}
+
+kernels::Boundary device_boundary(const kernels::ExactBoundary& b) {
   return {static_cast<float>(b.eta_sq), static_cast<float>(b.eta_sq_minus_1), static_cast<float>(b.inverse_eta),
           static_cast<float>(b.fluence)};
 }

@@ -35,21 +35,33 @@ struct ChannelConstants {
 /// 1e-6 in d_e and z_v.
 [[nodiscard]] ChannelConstants channel_constants(double sigma_s, double sigma_a, double g, double eta);
 
+/// Reduced albedo below which light is absorbed before it is scattered enough to diffuse, and every dipole is poor.
+inline constexpr double least_diffusive_albedo = 0.5;
+
 /// Throws Error(input) naming the field, prefixed by `place`, unless S_d can be computed for every channel.
 void validate(const Material& material, const std::string& place);
 
-/// What is likely a mistake, or beyond the model: a line for each.
-[[nodiscard]] std::vector<std::string> doubts_of(const Material& material);
+/// All that S_d needs of a material, in double: derived once, and handed on.
+struct Optics {
+  std::array<ChannelConstants, 3> channels{};
+  kernels::ExactBoundary boundary{};
+};
+[[nodiscard]] Optics optics_of(const Material& material);
+
+/// What is likely a mistake, or beyond the model: a line for each. `optics` are those of the material.
+[[nodiscard]] std::vector<std::string> doubts_of(const Material& material, const Optics& optics);
 
 /// What bssrdf.h takes, for positions in units of `unit` lengths (those that the coefficients are inverse to); S then
 /// is in the inverse square of that unit. A channel that doesn't scatter gets scale 0.
 [[nodiscard]] kernels::ExactMedium exact_medium(const ChannelConstants& channel, Model model, double unit);
 [[nodiscard]] kernels::Medium device_medium(const ChannelConstants& channel, Model model, double unit);
+[[nodiscard]] kernels::ExactBoundary exact_boundary(const ChannelConstants& channel);
+/// The same without a medium, which works out the moments.
 [[nodiscard]] kernels::ExactBoundary exact_boundary(double eta);
+[[nodiscard]] kernels::Boundary device_boundary(const kernels::ExactBoundary& boundary);
 /// bssrdf.h's S_d of a model in double, without Fresnel factors, in the inverse square of the unit of the geometry.
 [[nodiscard]] double exact_bssrdf(Model model, const kernels::ExactMedium& medium,
                                   const kernels::ExactBoundary& boundary, const kernels::DipoleGeometry& geometry);
-[[nodiscard]] kernels::Boundary boundary(double eta);
 
 /// A row of the table of measured materials that Parian ships.
 struct MeasuredMaterial {

@@ -19,7 +19,7 @@ namespace {
 constexpr double irradiance_limit = 1e30;  // sums of products with it stay in float32
 
 /// Distinct scattering channels in an order that doesn't depend on which colour has them.
-void plan_media(Plan& plan, const Scene& scene, const Settings& settings) {
+void plan_media(Plan& plan, const Scene& scene, const Optics& optics, const Settings& settings) {
   const Material& m = scene.material;
   struct Channel {
     std::uint32_t colour;
@@ -29,7 +29,7 @@ void plan_media(Plan& plan, const Scene& scene, const Settings& settings) {
   std::vector<Channel> channels;
   bool scatters = false;
   for (std::uint32_t c = 0; c < 3; ++c) {
-    const ChannelConstants constants = channel_constants(m.sigma_s[c], m.sigma_a[c], m.g[c], m.ior);
+    const ChannelConstants& constants = optics.channels[c];
     plan.medium_of[c] = 3;
     scatters = scatters || constants.alpha_prime > 0.0;
     if (!(constants.alpha_prime > 0.0) && !kept(settings, "black-channels")) {
@@ -61,11 +61,9 @@ void plan_media(Plan& plan, const Scene& scene, const Settings& settings) {
     plan.warnings.push_back(fmt::format("material '{}' does not scatter at all: the image is black", m.name));
 }
 
-void warn_of_scale(Plan& plan, const Scene& scene) {
+void warn_of_scale(Plan& plan, const Optics& optics) {
   double longest = 0.0, shortest = INFINITY;
-  for (int c = 0; c < 3; ++c) {
-    const ChannelConstants k = channel_constants(scene.material.sigma_s[c], scene.material.sigma_a[c],
-                                                 scene.material.g[c], scene.material.ior);
+  for (const ChannelConstants& k : optics.channels) {
     if (!(k.alpha_prime > 0.0)) continue;
     longest = std::max(longest, 1.0 / k.sigma_t_prime);
     shortest = std::min(shortest, 1.0 / k.sigma_t_prime);
@@ -318,10 +316,11 @@ Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& d
                    : object_space(scene.mesh.positions);
   plan.warnings = scene.mesh.warnings;
   validate(scene.material, "material '" + scene.material.name + "'");
-  plan_media(plan, scene, settings);
-  for (const std::string& doubt : doubts_of(scene.material)) plan.warnings.push_back(doubt);
-  warn_of_scale(plan, scene);
-  plan.boundary = boundary(scene.material.ior);
+  const Optics optics = optics_of(scene.material);
+  plan_media(plan, scene, optics, settings);
+  for (const std::string& doubt : doubts_of(scene.material, optics)) plan.warnings.push_back(doubt);
+  warn_of_scale(plan, optics);
+  plan.boundary = device_boundary(optics.boundary);
   plan.density = density_table(plan.media, settings.disc_radius / plan.space.radius);
   plan_lights(plan, scene, settings);
   plan.unit_lights = !settings.still && plan.lights.size() <= most_sums;

@@ -62,6 +62,8 @@ inline constexpr std::array omission_names{
 };
 
 enum class Model { directional, standard, better };
+inline constexpr std::array models{Model::directional, Model::standard, Model::better};
+inline constexpr std::array<const char*, 3> model_names{"directional", "standard", "better"};
 enum class Estimator { automatic, radial, disc };
 enum class Gather { automatic, layers, camera };
 

@@ -86,7 +86,7 @@ SelfTestAnswer dipole_answer(const float* found, const std::vector<float>& vecto
                              Model model) {
   const std::size_t count = vectors.size() / 15;
   const kernels::ExactMedium medium = exact_medium(channel, model, 1);
-  const kernels::ExactBoundary boundary = exact_boundary(channel.eta);
+  const kernels::ExactBoundary boundary = exact_boundary(channel);
   Worst worst;
   double sum = 0, right_sum = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -96,9 +96,7 @@ SelfTestAnswer dipole_answer(const float* found, const std::vector<float>& vecto
     };
     const kernels::DipoleGeometry g = kernels::dipole_geometry(
         kernels::real3_sub(v(9), v(0)), kernels::refract_into(v(3), v(6), boundary), v(6), v(12));
-    const double right = model == Model::directional ? kernels::directional_dipole(medium, boundary, g)
-                         : model == Model::standard  ? kernels::standard_dipole(medium, g)
-                                                     : kernels::better_dipole(medium, g);
+    const double right = exact_bssrdf(model, medium, boundary, g);
     worst.add(found[i], right, i);
     sum += found[i];
     right_sum += right;
@@ -194,8 +192,8 @@ std::vector<SelfTestAnswer> self_test(Compute& compute, Model model, std::uint32
   Buffer reduced(compute, compute.buffer<cl_uint>(items));
   Buffer minimum(compute, compute.upload(std::vector<cl_uint>{0xffffffffU}));
   Buffer values(compute, compute.upload(std::vector<float>(functions * count, NAN)));
-  compute.launch("self_test", items, Stage::plan, device_medium(channel, model, 1), boundary(channel.eta), given, pairs,
-                 layout, reduced, minimum, values);
+  compute.launch("self_test", items, Stage::plan, device_medium(channel, model, 1),
+                 device_boundary(exact_boundary(channel)), given, pairs, layout, reduced, minimum, values);
   const std::vector<float> found = compute.read<float>(values, functions * count);
   const std::vector<cl_uint> sums = compute.read<cl_uint>(reduced, items);
   const cl_uint least = compute.read<cl_uint>(minimum, 1)[0];

@@ -35,15 +35,17 @@ struct Light {
 class Transport {
  public:
   Transport(const Scene& scene, const ReferenceSettings& settings)
+      : Transport(scene, settings, optics_of(scene.material)) {}
+
+  Transport(const Scene& scene, const ReferenceSettings& settings, const Optics& optics)
       : model_(settings.model),
         space_(object_space(scene.mesh.positions)),
         view_(pinhole_view(scene.cameras.at(0), space_, scene.film)),
-        boundary_(exact_boundary(scene.material.ior)),
+        boundary_(optics.boundary),
         surface_(scene.mesh, space_) {
     for (int c = 0; c < 3; ++c) {
-      const auto constants = channel_constants(scene.material.sigma_s[c], scene.material.sigma_a[c],
-                                               scene.material.g[c], scene.material.ior);
-      const kernels::ExactMedium medium = exact_medium(constants, model_, space_.radius);
+      const kernels::ExactMedium medium =
+          exact_medium(optics.channels[static_cast<std::size_t>(c)], model_, space_.radius);
       medium_of_[c] = no_medium;
       if (medium.scale == 0) continue;  // the channel is black
       // Channels with the same coefficients share one medium: the same doubles give the same constants.

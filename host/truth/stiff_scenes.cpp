@@ -62,12 +62,9 @@ std::array<double, 3> share_of_plane(const Image& image, const Scene& scene, Mod
   std::array<double, 3> share{};
   for (std::size_t i = 0; i < image.rgba.size(); ++i)
     if (i % 4 < 3) share[i % 4] += 4.0 * image.rgba[i] / static_cast<double>(image.rgba.size());
-  const double T21 = kernels::fresnel_transmittance(1.0, exact_boundary(scene.material.ior));
-  for (int c = 0; c < 3; ++c) {
-    const Material& m = scene.material;
-    const ChannelConstants channel = channel_constants(m.sigma_s[c], m.sigma_a[c], m.g[c], m.ior);
-    share[static_cast<std::size_t>(c)] /= T21 * plane_radiance(channel, model, cosine);
-  }
+  const Optics optics = optics_of(scene.material);
+  const double T21 = kernels::fresnel_transmittance(1.0, optics.boundary);
+  for (std::size_t c = 0; c < 3; ++c) share[c] /= T21 * plane_radiance(optics.channels[c], model, cosine);
   return share;
 }
 
@@ -111,7 +108,7 @@ Material one_dense_channel() {
 }  // namespace
 
 double plane_radiance(const ChannelConstants& channel, Model model, double cosine) {
-  const kernels::ExactBoundary boundary = exact_boundary(channel.eta);
+  const kernels::ExactBoundary boundary = exact_boundary(channel);
   const kernels::ExactMedium medium = exact_medium(channel, model, 1 / channel.sigma_t_prime);  // in mean free paths
   const double sine = std::sqrt(1 - cosine * cosine);
   const kernels::real3 n{0, 0, 1}, w12 = kernels::refract_into({sine, 0, cosine}, n, boundary);
@@ -125,10 +122,7 @@ double plane_radiance(const ChannelConstants& channel, Model model, double cosin
     for (int k = 0; k < angles; ++k) {
       const double phi = std::numbers::pi * (k + 0.5) / angles;
       const kernels::DipoleGeometry g = kernels::dipole_geometry({r * std::cos(phi), r * std::sin(phi), 0}, w12, n, n);
-      const double S = model == Model::directional ? kernels::directional_dipole(medium, boundary, g)
-                       : model == Model::standard  ? kernels::standard_dipole(medium, g)
-                                                   : kernels::better_dipole(medium, g);
-      sum += S * r * r;
+      sum += exact_bssrdf(model, medium, boundary, g) * r * r;
     }
   }
   return kernels::fresnel_transmittance(cosine, boundary) * cosine * sum * step * 2 * std::numbers::pi / angles;

@@ -12,9 +12,6 @@
 
 namespace parian {
 
-inline constexpr std::array models{Model::directional, Model::standard, Model::better};
-inline constexpr std::array<const char*, 3> model_names{"directional", "standard", "better"};
-
 /// One channel of one pair of points, as in a vector file: in float, so that host and device see the same input;
 /// lengths in the inverse unit of the coefficients; Fresnel factors not included.
 struct VectorCase {
