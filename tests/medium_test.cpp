@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "error.hpp"
+#include "limits.hpp"
 
 namespace parian {
 namespace {

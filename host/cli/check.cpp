@@ -109,11 +109,7 @@ void print_json(const CheckReport& report) {
 int run_check(const CheckOptions& options) {
   CheckSettings settings;
   settings.device = options.input.device_selector("");
-  if (!options.seed.empty()) {
-    const double seed = parse_in_range("--seed", options.seed, 0, std::numeric_limits<std::uint32_t>::max());
-    if (seed != std::floor(seed)) throw Error(ErrorKind::usage, "--seed: give a whole number");
-    settings.seed = static_cast<std::uint32_t>(seed);
-  }
+  if (!options.seed.empty()) settings.seed = parse_whole("--seed", options.seed, 0, largest_whole);
   if (!options.vectors.empty()) FileUses().reads("--vectors", options.vectors);
   if (options.half_space) return print_half_space(options.json);
   guard_drivers();

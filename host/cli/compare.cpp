@@ -57,8 +57,8 @@ void print_table(const Comparison& c) {
 
 int run_compare(const CompareOptions& options) {
   guard_drivers();  // modules are loaded after them
-  const double scale = options.scale.empty() ? 0.1 : parse_in_range("--scale", options.scale, 1e-9, 1e9);
-  const double most = options.max_relmse.empty() ? -1 : parse_in_range("--max-relmse", options.max_relmse, 0, 1e30);
+  const double scale = options.scale.empty() ? 0.1 : parse_in_range("--scale", options.scale, {1e-9, 1e9});
+  const double most = options.max_relmse.empty() ? -1 : parse_in_range("--max-relmse", options.max_relmse, {0, 1e30});
   FileUses files;
   files.reads("the picture", options.picture);
   files.reads("the reference", options.reference);

@@ -13,6 +13,7 @@
 #include "commands.hpp"
 #include "driver_guard.hpp"
 #include "interrupt.hpp"
+#include "limits.hpp"
 #include "medium.hpp"
 #include "progress.hpp"
 #include "terminal.hpp"
@@ -30,15 +31,10 @@ struct ReferenceOptions {
 constexpr std::uint32_t rays_per_batch = 1U << 19;
 
 ReferenceSettings parse_settings(const ReferenceOptions& options) {
-  constexpr double year = 365.0 * 86400.0, largest_seed = std::numeric_limits<std::uint32_t>::max();
   ReferenceSettings settings;
-  if (!options.error.empty()) settings.target = parse_in_range("--error", options.error, 0, 1e6);
-  if (!options.time.empty()) settings.time = parse_in_range("--time", options.time, 0, year);
-  if (!options.seed.empty()) {
-    const double seed = parse_in_range("--seed", options.seed, 0, largest_seed);
-    if (seed != std::floor(seed)) throw Error(ErrorKind::usage, "--seed: give a whole number");
-    settings.seed = static_cast<std::uint64_t>(seed);
-  }
+  if (!options.error.empty()) settings.target = parse_in_range("--error", options.error, {0, no_limit});
+  if (!options.time.empty()) settings.time = parse_in_range("--time", options.time, time_limit);
+  if (!options.seed.empty()) settings.seed = parse_whole("--seed", options.seed, 0, largest_whole);
   return settings;
 }
 

@@ -8,6 +8,7 @@
 #include "commands.hpp"
 #include "driver_guard.hpp"
 #include "interrupt.hpp"
+#include "limits.hpp"
 #include "progress.hpp"
 #include "rendering.hpp"
 #include "statistics.hpp"

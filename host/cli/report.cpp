@@ -84,18 +84,10 @@ std::string name_of(Model model) {
   return {};
 }
 
-std::uint32_t whole_number(const char* option, const std::string& text, double most) {
-  const double value = parse_in_range(option, text, 1, most);
-  if (value != std::floor(value)) {
-    throw Error(ErrorKind::usage, fmt::format("{}: {} is not a whole number; give one", option, text));
-  }
-  return static_cast<std::uint32_t>(value);
-}
-
 /// How long to measure: --frames and --time bound runs only if the command line has them.
 ReportSettings report_settings(const ReportOptions& options, const Overrides& overrides, const Settings& settings) {
   ReportSettings how;
-  if (!options.seeds.empty()) how.seeds = whole_number("--seeds", options.seeds, most_seeds);
+  if (!options.seeds.empty()) how.seeds = parse_whole("--seeds", options.seeds, 1, most_seeds);
   for (const auto& [option, value] : overrides.settings) {
     if (option->name == "frames") how.frames = how.sweep_frames = settings.frames;
     if (option->name == "time") how.time = settings.time;

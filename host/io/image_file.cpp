@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "error.hpp"
+#include "limits.hpp"
 #include "module.hpp"
 #include "pictures/pictures.hpp"
 #include "whole_file.hpp"

@@ -18,9 +18,6 @@ struct Exposure {
   double stops = 0.0;
 };
 
-/// Most stops up or down.
-inline constexpr double largest_stops = 64.0;
-
 /// "auto" or a number of stops; empty when it's neither.
 [[nodiscard]] std::optional<Exposure> parse_exposure(const OptionValue& value);
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <new>
 
+#include "limits.hpp"
 #include "medium.hpp"
 #include "mesh_file.hpp"
 #include "nearest.hpp"
@@ -18,7 +19,6 @@ namespace parian {
 namespace {
 
 constexpr double default_size_mm = 100.0;
-constexpr double largest_irradiance = 1e9;
 const glm::dvec3 default_view{0.2, 0.15, 1.0};  // from the object's centre to the default camera
 constexpr double fit_margin = 1.02;             // so that the bounding sphere doesn't touch the film's edge
 
@@ -150,17 +150,6 @@ void choose_cameras(Scene& scene, const SceneFile& file, const Overrides& overri
 
 }  // namespace
 
-std::string problem_with(const DirectionalLight& light) {
-  const double length = glm::length(light.towards);
-  if (!(length > 0) || !std::isfinite(length)) return "the light's direction has no length; give another";
-  for (int i = 0; i < 3; ++i) {
-    if (!(light.irradiance[i] >= 0 && light.irradiance[i] <= largest_irradiance)) {
-      return fmt::format("the irradiance holds {}; give numbers from 0 to {}", light.irradiance[i], largest_irradiance);
-    }
-  }
-  return {};
-}
-
 Camera place_camera(const CameraChoice& choice, const glm::dvec3& centre, double radius, double aspect,
                     ErrorKind kind) {
   Camera camera;
@@ -173,10 +162,9 @@ Camera place_camera(const CameraChoice& choice, const glm::dvec3& centre, double
     const double half = std::min(vertical, std::atan(std::tan(vertical) * aspect));
     camera.eye = camera.target + glm::normalize(default_view) * (fit_margin * radius / std::sin(half));
   }
+  if (const auto problem = problem_of(camera))
+    throw Error(kind, fmt::format("{}: the camera's {}", choice.place, problem->text()));
   const glm::dvec3 view = camera.target - camera.eye;
-  if (!(glm::length(view) > 0)) {
-    throw Error(kind, fmt::format("{}: the camera's eye and target are the same point; move one", choice.place));
-  }
   const auto along = [&](const glm::dvec3& up) {
     return !(glm::length(glm::cross(up, view)) > 1e-9 * glm::length(up) * glm::length(view));
   };

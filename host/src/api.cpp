@@ -15,6 +15,7 @@
 #include "embedded.hpp"
 #include "geometry.hpp"
 #include "image_target.hpp"
+#include "limits.hpp"
 #include "medium.hpp"
 #include "plan.hpp"
 #include "renderer.hpp"
@@ -493,8 +494,9 @@ parian_status parian_gather(parian_renderer* renderer, cl_command_queue queue, s
       refuse("image: more than 2^32 pixels; give less");
     if (target.buffer.getInfo<CL_MEM_FLAGS>() & CL_MEM_READ_ONLY) refuse("image: kernels may not write its buffer");
     if (given.positions > 64) refuse(fmt::format("image: {} subpixel positions; give 1 to 64", given.positions));
-    if (!(std::abs(given.exposure) <= 100.0F))
-      refuse(fmt::format("image: exposure is {}; give -100 to 100 stops", given.exposure));
+    if (!(std::abs(given.exposure) <= parian::largest_stops))
+      refuse(fmt::format("image: exposure is {}; give -{} to {} stops", given.exposure, parian::largest_stops,
+                         parian::largest_stops));
     target.first = static_cast<cl_uint>(given.offset / 16);
     target.pitch = static_cast<cl_uint>(pitch / 16);
     target.positions = given.positions ? given.positions : 64;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "geometry.hpp"
+#include "limits.hpp"
 #include "plan.hpp"
 #include "rounding.hpp"
 
@@ -127,21 +128,12 @@ DeviceMesh device_mesh(const Compute& compute, const parian_mesh& m) {
 
 Settings settings_of(const parian_settings& s) {
   Settings t;
-  const auto within = [](const char* name, std::uint32_t value, std::uint32_t least, std::uint32_t most) {
-    if (value < least || value > most)
-      refuse(fmt::format("settings: {} is {}; give {} to {}", name, value, least, most));
-    return value;
-  };
-  if (!(s.error >= 0 && std::isfinite(s.error))) refuse(fmt::format("settings: error is {}; give 0 or more", s.error));
-  if (!(s.disc_radius >= 0 && std::isfinite(s.disc_radius)))
-    refuse(fmt::format("settings: disc_radius is {}; give 0 or more", s.disc_radius));
   t.error = s.error;
-  t.layers = within("layers", s.layers, 1, 1024);
-  t.layer_size = within("layer_size", s.layer_size, 1, 16384);
-  t.light_map_size = within("light_map_size", s.light_map_size, 1, 16384);
+  t.layers = s.layers;
+  t.layer_size = s.layer_size;
+  t.light_map_size = s.light_map_size;
   t.light_map_shift = s.light_map_shift != 0;
-  t.samples = within("samples", s.samples, 2, 1U << 20);
-  if (t.samples % 2 != 0) refuse(fmt::format("settings: samples is {}; give an even number", t.samples));
+  t.samples = s.samples;
   t.model = one_of<Model>(s.model, "settings: model");
   t.estimator = one_of<Estimator>(s.estimator, "settings: estimator");
   t.disc_radius = s.disc_radius;
@@ -151,7 +143,7 @@ Settings settings_of(const parian_settings& s) {
     refuse("settings: views is PARIAN_CAMERA, where cameras may move; set fixed_cameras too");
   t.pyramids = s.pyramids != 0;
   t.seed = s.seed;
-  t.frames = within("frames", s.frames, 1, 0xffffffffU);
+  t.frames = s.frames;
   t.force = s.force != 0;
   t.time_stages = s.time_stages != 0;
   for (std::string names = s.keep ? s.keep : ""; !names.empty();) {
@@ -159,6 +151,7 @@ Settings settings_of(const parian_settings& s) {
     t.keep.insert(names.substr(0, comma));
     names = comma == std::string::npos ? "" : names.substr(comma + 1);
   }
+  if (const auto problem = problem_of(t)) refuse("settings: " + problem->text());
   check_kept(t);
   check_samples(t);
   return t;

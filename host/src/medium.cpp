@@ -123,26 +123,6 @@ Optics optics_of(const Material& material) {
   return optics;
 }
 
-void validate(const Material& material, const std::string& place) {
-  const auto fail = [&](const std::string& what) { throw Error(ErrorKind::input, place + ": " + what); };
-  if (!(material.ior > 0) || !std::isfinite(material.ior))
-    fail(fmt::format("ior is {}; give a number above 0", material.ior));
-  for (int c = 0; c < 3; ++c) {
-    const auto check = [&](const char* name, double value, double low, double high) {
-      if (!(value >= low && value <= high))
-        fail(fmt::format("{} is {} in channel {}; give a number from {} to {}", name, value, "RGB"[c], low, high));
-    };
-    // Beyond these, squares of coefficients leave the range of float32.
-    check("sigma_s", material.sigma_s[c], 0, 1e15);
-    check("sigma_a", material.sigma_a[c], 0, 1e15);
-    check("g", material.g[c], -1, 1);
-    const double reduced = (1 - material.g[c]) * material.sigma_s[c] + material.sigma_a[c];
-    if (!(reduced >= 1e-15))
-      fail(fmt::format("sigma_s (1 - g) + sigma_a is {} in channel {}; give it scattering or absorption", reduced,
-                       "RGB"[c]));
-  }
-}
-
 std::vector<std::string> doubts_of(const Material& material, const Optics& optics) {
   std::vector<std::string> doubts;
   if (material.ior < 1)

@@ -38,9 +38,6 @@ struct ChannelConstants {
 /// Reduced albedo below which light is absorbed before it is scattered enough to diffuse, and every dipole is poor.
 inline constexpr double least_diffusive_albedo = 0.5;
 
-/// Throws Error(input) naming the field, prefixed by `place`, unless S_d can be computed for every channel.
-void validate(const Material& material, const std::string& place);
-
 /// All that S_d needs of a material, in double: derived once, and handed on.
 struct Optics {
   std::array<ChannelConstants, 3> channels{};

@@ -9,14 +9,13 @@
 #include <numeric>
 
 #include "error.hpp"
+#include "limits.hpp"
 #include "medium.hpp"
 #include "visibility.hpp"
 #include "words.hpp"
 
 namespace parian {
 namespace {
-
-constexpr double irradiance_limit = 1e30;  // sums of products with it stay in float32
 
 /// Distinct scattering channels in an order that doesn't depend on which colour has them.
 void plan_media(Plan& plan, const Scene& scene, const Optics& optics, const Settings& settings) {
@@ -235,53 +234,6 @@ void plan_memory(Plan& plan, const Scene& scene, const Settings& settings, const
 }
 
 }  // namespace
-
-void check_bounds(const MeshBounds& m) {
-  if (!finite(m.centre) || !(m.radius >= 0 && std::isfinite(m.radius)))
-    fail(
-        fmt::format("mesh: a sphere of radius {} doesn't hold it; give a finite centre and a radius above 0, or 0 to "
-                    "have it measured",
-                    m.radius));
-}
-
-void check_kept(const Settings& settings) {
-  for (const std::string& name : settings.keep)
-    if (name != "all" && std::find(omission_names.begin(), omission_names.end(), name) == omission_names.end())
-      throw Error(ErrorKind::usage, fmt::format("{} {}: nothing of that name is ever left out; choose all or one of {}",
-                                                setting("keep"), name, fmt::join(omission_names, ", ")));
-}
-
-void check_samples(const Settings& settings) {
-  if (std::uint64_t{settings.frames} * settings.samples >= std::uint64_t{1} << 32)
-    throw Error(ErrorKind::usage, fmt::format("{} times {} must stay below 2^32, where sample numbers end; lower one",
-                                              setting("frames"), setting("samples")));
-}
-
-void check_cameras(const std::vector<Camera>& cameras, glm::uvec2 film) {
-  const auto side = [](glm::uint pixels) { return pixels >= 1 && pixels <= largest_film_side; };
-  if (!side(film.x) || !side(film.y))
-    fail(fmt::format("film of {} x {} pixels; give sides from 1 to {}", film.x, film.y, largest_film_side));
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const Camera& c = cameras[i];
-    if (!finite(c.eye) || !finite(c.target) || !finite(c.up))
-      fail(fmt::format("camera {}: a coordinate is not finite; give numbers", i + 1));
-    if (!(glm::length(c.target - c.eye) > 0)) fail(fmt::format("camera {}: eye and target are the same point", i + 1));
-    if (!(c.fov > 0 && c.fov < 180))
-      fail(fmt::format("camera {}: fov is {} degrees; give an angle above 0 and below 180", i + 1, c.fov));
-  }
-}
-
-void check_lights(const std::vector<DirectionalLight>& lights) {
-  for (std::size_t i = 0; i < lights.size(); ++i) {
-    const DirectionalLight& l = lights[i];
-    if (!finite(l.towards) || !(glm::length(l.towards) > 0))
-      fail(fmt::format("light {}: 'towards' has no direction; give a vector with a length", i + 1));
-    for (int c = 0; c < 3; ++c)
-      if (!(l.irradiance[c] >= 0 && l.irradiance[c] <= irradiance_limit))
-        fail(fmt::format("light {}: irradiance is {} in channel {}; give a number from 0 to {}", i + 1, l.irradiance[c],
-                         "RGB"[c], irradiance_limit));
-  }
-}
 
 bool kept(const Settings& settings, const std::string& name) {
   return settings.keep.contains(name) || settings.keep.contains("all");

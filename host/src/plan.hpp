@@ -57,18 +57,8 @@ struct Plan {
 /// A mesh on the device whose sphere isn't known yet, radius 0, is planned for as of radius 1.
 [[nodiscard]] Plan make_plan(const Scene& scene, const Settings& settings, const DeviceInfo& device);
 
-/// Throw Error(input) for what no picture can be made with.
-void check_bounds(const MeshBounds& bounds);
-void check_lights(const std::vector<DirectionalLight>& lights);
-void check_cameras(const std::vector<Camera>& cameras, glm::uvec2 film);
-
 /// Bytes that the gaps between buffers may take where all are parts of one.
 inline constexpr std::uint64_t scratch_slack = 1 << 20;
-
-/// Throws Error(usage) for names that nothing has which may be left out.
-void check_kept(const Settings& settings);
-/// Throws Error(usage) for more samples than can be told apart.
-void check_samples(const Settings& settings);
 
 /// True when `settings` forces the omission `name` off.
 [[nodiscard]] bool kept(const Settings& settings, const std::string& name);

@@ -35,9 +35,6 @@ struct Camera {
   double fov = 30.0;
 };
 
-/// Largest side of the film, in pixels.
-inline constexpr std::uint32_t largest_film_side = 16384;
-
 /// What the host knows of a mesh that lies on the device.
 struct MeshBounds {
   std::size_t positions = 0, triangles = 0;  ///< how many

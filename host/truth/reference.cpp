@@ -10,6 +10,7 @@
 
 #include "error.hpp"
 #include "kernels/bssrdf.h"
+#include "limits.hpp"
 #include "medium.hpp"
 #include "parallel.hpp"
 #include "reference_entry.hpp"

@@ -12,6 +12,7 @@
 #include <random>
 
 #include "kernels/bssrdf.h"
+#include "limits.hpp"
 
 namespace parian {
 namespace {

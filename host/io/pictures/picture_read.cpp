@@ -8,6 +8,7 @@
 #include "error.hpp"
 #include "exr_header.hpp"
 #include "foreign_file.hpp"
+#include "limits.hpp"
 #include "pictures.hpp"
 
 namespace parian::pictures {
