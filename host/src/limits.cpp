@@ -34,7 +34,7 @@ std::optional<Problem> outside(const char* field, glm::dvec3 value, const Interv
 std::string Interval::text() const {
   const std::string from = fmt::format("a number {} {}", above ? "above" : "from", least);
   if (most == no_limit) return above ? from : from + " on";
-  return from + fmt::format(below ? " and below {}" : above ? ", at most {}" : " to {}", most);
+  return fmt::format("{}{} {}", from, below ? " and below" : above ? ", at most" : " to", most);
 }
 
 bool WholeSetting::holds(double x) const { return x >= least && x <= most && std::floor(x / step) * step == x; }
