@@ -54,9 +54,7 @@ void check_output(const std::filesystem::path& path, glm::uvec2 film) {
   check_place(path);
 }
 
-std::vector<std::uint8_t> png_bytes(const Image& image, double stops) {
-  return picture_functions().png_bytes(image, stops);
-}
+std::string png_base64(const Image& image, double stops) { return picture_functions().png_base64(image, stops); }
 
 void write_image(const std::filesystem::path& path, const Image& image, const PictureNotes& notes,
                  const Exposure& exposure) {

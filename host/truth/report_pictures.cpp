@@ -55,7 +55,7 @@ std::vector<Part> parts_of(const Image& picture, const Image& reference) {
 }
 
 Picture encode(const std::string& caption, const Image& image, double stops) {
-  return {caption, image.width, image.height, base64(png_bytes(image, stops))};
+  return {caption, image.width, image.height, png_base64(image, stops)};
 }
 
 /// What a row shows of one method.
@@ -98,18 +98,6 @@ std::vector<PictureRow> picture_rows(const Image& reference, const std::vector<M
   rows.push_back(row("Where Parian errs most", reference, columns, stops, &parts.front()));
   if (parts.size() > 2) rows.push_back(row("A typical part", reference, columns, stops, &parts[parts.size() / 2]));
   return rows;
-}
-
-std::string base64(const std::vector<std::uint8_t>& bytes) {
-  static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t word = 0;
-    for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (k < left ? bytes[i + k] : 0U);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= left ? digits[word >> (18 - 6 * k) & 63U] : '=';
-  }
-  return text;
 }
 
 }  // namespace parian

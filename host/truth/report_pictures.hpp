@@ -30,7 +30,4 @@ inline constexpr double difference_scale = 0.2;
 /// with a typical one, as far as parts are covered well enough. Throws as compare does.
 [[nodiscard]] std::vector<PictureRow> picture_rows(const Image& reference, const std::vector<MethodShots>& methods);
 
-/// Bytes as base64 with padding (RFC 4648).
-[[nodiscard]] std::string base64(const std::vector<std::uint8_t>& bytes);
-
 }  // namespace parian
