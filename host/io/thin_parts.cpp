@@ -7,6 +7,7 @@
 #include <cmath>
 #include <vector>
 
+#include "box.hpp"
 #include "union_find.hpp"
 #include "words.hpp"
 
@@ -16,7 +17,7 @@ namespace {
 constexpr double apart = 0.125;  // pixels, between subpixel positions
 
 struct Part {
-  glm::dvec3 low{INFINITY}, high{-INFINITY};
+  Box<> box;
   double area = 0;
 };
 
@@ -31,8 +32,7 @@ std::vector<Part> parts_of(const Mesh& mesh) {
     const glm::dvec3 a = mesh.positions[t.x], b = mesh.positions[t.y], c = mesh.positions[t.z];
     Part& part = parts[sets.find(t.x)];
     part.area += 0.5 * glm::length(glm::cross(b - a, c - a));
-    part.low = glm::min(part.low, glm::min(a, glm::min(b, c)));
-    part.high = glm::max(part.high, glm::max(a, glm::max(b, c)));
+    for (const glm::dvec3& p : {a, b, c}) part.box.add(p);
   }
   std::erase_if(parts, [](const Part& part) { return !(part.area > 0); });
   return parts;
@@ -46,11 +46,11 @@ std::string thin_parts_warning(const Scene& scene) {
   std::size_t thin = 0, thinnest_in = 0;
   double thinnest = INFINITY;
   for (const Part& part : parts) {
-    const double length = glm::length(part.high - part.low), width = part.area / (sides * length);
+    const double length = glm::length(part.box.size()), width = part.area / (sides * length);
     bool missed = false;
     for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
       const Camera& camera = scene.cameras[i];
-      const double distance = glm::length(0.5 * (part.low + part.high) - camera.eye);
+      const double distance = glm::length(0.5 * (part.box.low + part.box.high) - camera.eye);
       const double pixel = 2 * distance * std::tan(glm::radians(0.5 * camera.fov)) / scene.film.y;
       if (!(length > pixel) || !(width < apart * pixel)) continue;
       missed = true;

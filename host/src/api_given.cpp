@@ -2,10 +2,10 @@
 #include "api_given.hpp"
 
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
+#include "box.hpp"
 #include "geometry.hpp"
 #include "limits.hpp"
 #include "plan.hpp"
@@ -48,13 +48,12 @@ std::vector<glm::dvec3> host_positions(const parian_mesh& m) {
 
 /// Indices out of range are left to clean_mesh.
 void warn_of_rounding(PolygonMesh& mesh) {
-  glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
+  Box box;
   for (const std::uint32_t corner : mesh.corners) {
     if (corner >= mesh.points.size()) return;
-    low = glm::min(low, mesh.points[corner]);
-    high = glm::max(high, mesh.points[corner]);
+    box.add(mesh.points[corner]);
   }
-  if (std::string line = rounding_warning(mesh.points, low, high); !line.empty())
+  if (std::string line = rounding_warning(mesh.points, box.low, box.high); !line.empty())
     mesh.warnings.push_back(std::move(line));
 }
 

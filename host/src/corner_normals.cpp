@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
+#include "box.hpp"
 #include "union_find.hpp"
 
 namespace parian {
@@ -20,13 +20,9 @@ class Facets {
  public:
   Facets(const Topology& topology, const std::vector<glm::dvec3>& flat, const Mesh& mesh)
       : topology_(topology), flat_(flat), mesh_(mesh) {
-    glm::dvec3 low(std::numeric_limits<double>::max()), high(std::numeric_limits<double>::lowest());
-    for (const glm::dvec3& p : mesh.positions) {
-      low = glm::min(low, p);
-      high = glm::max(high, p);
-    }
-    const glm::dvec3 size = high - low;
-    reach_ = large * std::max({size.x, size.y, size.z});
+    Box box;
+    for (const glm::dvec3& p : mesh.positions) box.add(p);
+    reach_ = large * longest(box.size());
   }
 
   [[nodiscard]] double area(std::uint32_t triangle) const {

@@ -7,6 +7,7 @@
 #include <array>
 #include <numeric>
 
+#include "box.hpp"
 #include "union_find.hpp"
 
 namespace parian {
@@ -21,8 +22,7 @@ struct Halfedge {
 struct Solid {
   std::uint32_t part;
   std::vector<std::uint32_t> triangles;
-  glm::dvec3 low{std::numeric_limits<double>::max()};
-  glm::dvec3 high{std::numeric_limits<double>::lowest()};
+  Box<> box;
   double volume = 0.0;
   bool turned = false;
 };
@@ -71,16 +71,14 @@ std::vector<Solid> find_solids(const std::vector<glm::dvec3>& positions, const s
     const glm::dvec3 b = positions[triangles[t][1]] - origin;
     const glm::dvec3 c = positions[triangles[t][2]] - origin;
     solid.volume += glm::dot(a, glm::cross(b, c)) / 6.0;
-    for (int k = 0; k < 3; ++k) {
-      solid.low = glm::min(solid.low, positions[triangles[t][k]]);
-      solid.high = glm::max(solid.high, positions[triangles[t][k]]);
-    }
+    for (int k = 0; k < 3; ++k) solid.box.add(positions[triangles[t][k]]);
   }
   return solids;
 }
 
 bool box_within(const Solid& inner, const Solid& outer) {
-  return glm::all(glm::lessThanEqual(outer.low, inner.low)) && glm::all(glm::greaterThanEqual(outer.high, inner.high));
+  return glm::all(glm::lessThanEqual(outer.box.low, inner.box.low)) &&
+         glm::all(glm::greaterThanEqual(outer.box.high, inner.box.high));
 }
 
 /// The solids around `solid`, as indices.
@@ -98,7 +96,7 @@ std::vector<std::size_t> find_containers(const std::vector<glm::dvec3>& position
 }
 
 double box_volume(const Solid& solid) {
-  const glm::dvec3 size = solid.high - solid.low;
+  const glm::dvec3 size = solid.box.size();
   return size.x * size.y * size.z;
 }
 
@@ -129,7 +127,7 @@ std::array<glm::dvec3, 6> extremes(const std::vector<glm::dvec3>& positions, con
 }
 
 std::string size_of(const Solid& solid) {
-  const glm::dvec3 size = solid.high - solid.low;
+  const glm::dvec3 size = solid.box.size();
   return fmt::format("{:.4g} x {:.4g} x {:.4g}", size.x, size.y, size.z);
 }
 

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <tuple>
 
+#include "box.hpp"
 #include "error.hpp"
 
 namespace parian {
@@ -21,12 +22,9 @@ constexpr double guard_pixels = 30000.0;                 // the kernels' guard b
 }  // namespace
 
 ObjectSpace object_space(const std::vector<glm::dvec3>& positions) {
-  glm::dvec3 low(INFINITY), high(-INFINITY);
-  for (const auto& p : positions) {
-    low = glm::min(low, p);
-    high = glm::max(high, p);
-  }
-  ObjectSpace space{0.5 * (low + high), 0.0};
+  Box box;
+  for (const auto& p : positions) box.add(p);
+  ObjectSpace space{0.5 * (box.low + box.high), 0.0};
   double radius2 = 0.0;
   for (const auto& p : positions) radius2 = std::max(radius2, glm::dot(p - space.centre, p - space.centre));
   space.radius = std::sqrt(radius2);
@@ -40,13 +38,9 @@ kernels::View orthographic_view(const std::vector<glm::dvec3>& points, glm::dvec
   const glm::dvec3 helper = std::abs(back.y) < 0.99 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
   const glm::dvec3 right = glm::normalize(glm::cross(helper, back));
   const glm::dvec3 down = -glm::cross(back, right);
-  glm::dvec2 low(INFINITY), high(-INFINITY);
-  for (const auto& p : points) {
-    const glm::dvec2 q(glm::dot(p, right), glm::dot(p, down));
-    low = glm::min(low, q);
-    high = glm::max(high, q);
-  }
-  const double extent = std::max({high.x - low.x, high.y - low.y, 1e-6});
+  Box<glm::dvec2> box;
+  for (const auto& p : points) box.add({glm::dot(p, right), glm::dot(p, down)});
+  const double extent = std::max({box.size().x, box.size().y, 1e-6});
   kernels::View v{};
   v.right = to_float4(right);
   v.down = to_float4(down);
@@ -54,8 +48,8 @@ kernels::View orthographic_view(const std::vector<glm::dvec3>& points, glm::dvec
   const double margin = size > 4 ? 2.0 : 0.0;
   const double scale = (static_cast<double>(size) - margin) / extent;
   v.scale = static_cast<float>(scale);
-  v.centre_x = static_cast<float>(0.5 * size - scale * 0.5 * (low.x + high.x));
-  v.centre_y = static_cast<float>(0.5 * size - scale * 0.5 * (low.y + high.y));
+  v.centre_x = static_cast<float>(0.5 * size - scale * 0.5 * (box.low.x + box.high.x));
+  v.centre_y = static_cast<float>(0.5 * size - scale * 0.5 * (box.low.y + box.high.y));
   v.width = v.height = size;
   return v;
 }
