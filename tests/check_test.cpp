@@ -270,8 +270,8 @@ TEST(PlaneRadiance, IsTheClosedFormOfTheStandardDipole) {
     const double z_v = exact_medium(c, Model::standard, 1).z_v, q = c.sigma_tr;
     const double R_d = c.alpha_prime / 2 * (1 + std::exp(-(z_v - 1) * q)) * std::exp(-q);
     const double T12 = kernels::fresnel_transmittance(0.6, exact_boundary(1.4));
-    // Midpoints in log r, over 15 decades of a smooth function: 1e-6 is what 1200 of them leave.
-    EXPECT_NEAR(plane_radiance(c, Model::standard, 0.6), T12 * 0.6 * R_d / std::numbers::pi, 1e-6) << absorbed;
+    const double right = T12 * 0.6 * R_d / std::numbers::pi;
+    EXPECT_NEAR(plane_radiance(c, Model::standard, 0.6), right, 1e-9 * right) << absorbed;  // as dipole_albedo promises
   }
 }
 

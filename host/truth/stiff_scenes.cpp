@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "compare.hpp"
+#include "half_space.hpp"
 #include "kernels/bssrdf.h"
 #include "reference.hpp"
 
@@ -108,24 +109,7 @@ Material one_dense_channel() {
 }  // namespace
 
 double plane_radiance(const ChannelConstants& channel, Model model, double cosine) {
-  const kernels::ExactBoundary boundary = exact_boundary(channel);
-  const kernels::ExactMedium medium = exact_medium(channel, model, 1 / channel.sigma_t_prime);  // in mean free paths
-  const double sine = std::sqrt(1 - cosine * cosine);
-  const kernels::real3 n{0, 0, 1}, w12 = kernels::refract_into({sine, 0, cosine}, n, boundary);
-  // r = exp(t) from 1e-5 to where nothing is left; midpoints in the logarithm and, of the even function, in angle.
-  constexpr int radii = 1200, angles = 48;
-  const double first = std::log(1e-5), last = std::log(60 / std::max(channel.sigma_tr, 1e-3)),
-               step = (last - first) / radii;
-  double sum = 0;
-  for (int i = 0; i < radii; ++i) {
-    const double r = std::exp(first + step * (i + 0.5));
-    for (int k = 0; k < angles; ++k) {
-      const double phi = std::numbers::pi * (k + 0.5) / angles;
-      const kernels::DipoleGeometry g = kernels::dipole_geometry({r * std::cos(phi), r * std::sin(phi), 0}, w12, n, n);
-      sum += exact_bssrdf(model, medium, boundary, g) * r * r;
-    }
-  }
-  return kernels::fresnel_transmittance(cosine, boundary) * cosine * sum * step * 2 * std::numbers::pi / angles;
+  return cosine * dipole_albedo(channel, model, cosine) / (4 * std::numbers::pi * channel.C_phi_inv);
 }
 
 const std::vector<StiffScene>& stiff_scenes() {
