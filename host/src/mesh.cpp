@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <numeric>
 
 #include "corner_normals.hpp"
 #include "error.hpp"
@@ -54,24 +54,15 @@ void check(const PolygonMesh& polygons) {
   }
 }
 
-/// For each point the lowest point at the same position.
-std::vector<std::uint32_t> join_points(const std::vector<glm::dvec3>& points) {
-  std::vector<std::uint32_t> order(points.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t i, std::uint32_t j) {
-    const glm::dvec3& a = points[i];
-    const glm::dvec3& b = points[j];
-    if (a.x != b.x) return a.x < b.x;
-    if (a.y != b.y) return a.y < b.y;
-    if (a.z != b.z) return a.z < b.z;
-    return i < j;
-  });
-  std::vector<std::uint32_t> joined(points.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool same = i > 0 && points[order[i]] == points[order[i - 1]];
-    joined[order[i]] = same ? joined[order[i - 1]] : order[i];
+/// A number that hardly any two positions share, but equal ones do.
+std::uint64_t hash_of(const glm::dvec3& position) {
+  std::uint64_t hash = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double value = position[axis] + 0.0;  // -0 equals 0
+    hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 0x9e3779b97f4a7c15U;
+    hash ^= hash >> 32;
   }
-  return joined;
+  return hash;
 }
 
 /// Whether a triangle's area is no more than rounding: the cross product of edges up to length L carries an error of
@@ -84,12 +75,13 @@ bool has_no_area(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) 
 /// Triangles without area but with three different corners often close the seam between one edge and two shorter ones,
 /// in CAD exports above all; to drop them would open the mesh. So the triangle across their longest edge is split at
 /// the third corner instead, where both halves have an area. Chains of them need a few passes.
-/// Given normals, if there are any, go with their corners.
-void absorb_slivers(const std::vector<glm::dvec3>& points, std::vector<glm::uvec3>& triangles,
+/// Given normals, if there are any, go with their corners. False if there are no slivers.
+bool absorb_slivers(const std::vector<glm::dvec3>& points, std::vector<glm::uvec3>& triangles,
                     std::vector<glm::uvec3>& normals) {
   const auto is_sliver = [&](const glm::uvec3& t) { return has_no_area(points[t[0]], points[t[1]], points[t[2]]); };
   constexpr int passes = 32;
-  bool progress = std::any_of(triangles.begin(), triangles.end(), is_sliver);
+  const bool any = std::any_of(triangles.begin(), triangles.end(), is_sliver);
+  bool progress = any;
   for (int pass = 0; pass < passes && progress; ++pass) {
     progress = false;
     const std::vector<std::uint32_t> mates = find_topology(triangles, points.size()).mates;
@@ -117,6 +109,7 @@ void absorb_slivers(const std::vector<glm::dvec3>& points, std::vector<glm::uvec
       touched[t] = touched[mate / 3] = progress = true;
     }
   }
+  return any;
 }
 
 /// Removes the elements that `is_out` says, of both lists alike; the second may be empty. Returns how many.
@@ -133,60 +126,54 @@ std::size_t erase_both(std::vector<glm::uvec3>& triangles, std::vector<glm::uvec
   return erased;
 }
 
-/// The corners of one face with joined points, without those that repeat the one before.
-struct Face {
-  std::vector<std::uint32_t> points, normals;
-
-  void read(const PolygonMesh& polygons, const std::vector<std::uint32_t>& joined, std::size_t begin,
-            std::uint32_t size) {
-    points.clear();
-    normals.clear();
-    for (std::size_t i = begin; i < begin + size; ++i) {
-      const std::uint32_t corner = polygons.corners[i];
-      if (!points.empty() && points.back() == joined[corner]) continue;
-      points.push_back(joined[corner]);
-      if (!polygons.normals.empty())
-        normals.push_back(polygons.corner_normals.empty() ? corner : polygons.corner_normals[i]);
-    }
-    while (points.size() > 1 && points.front() == points.back()) points.pop_back();
-  }
-};
-
 /// Triangles of all faces, with joined points, without those that have no area; and which given normal each corner has,
 /// if there are any.
 std::vector<glm::uvec3> make_triangles(const PolygonMesh& polygons, const std::vector<std::uint32_t>& joined,
                                        std::vector<glm::uvec3>& normals, MeshCounts& counts) {
   std::vector<glm::uvec3> triangles;
   triangles.reserve(polygons.corners.size() - 2 * polygons.face_sizes.size());
-  Face face;
-  std::vector<glm::dvec3> corners;
+  const auto point = [&](std::size_t corner) { return joined[polygons.corners[corner]]; };
+  const auto normal = [&](std::size_t corner) {
+    return polygons.corner_normals.empty() ? polygons.corners[corner] : polygons.corner_normals[corner];
+  };
+  const auto add = [&](std::size_t i, std::size_t j, std::size_t k) {  // corners
+    const glm::uvec3 triangle(point(i), point(j), point(k));
+    if (triangle.x == triangle.y || triangle.y == triangle.z || triangle.z == triangle.x) {
+      ++counts.zero_area_faces;
+      return;
+    }
+    triangles.push_back(triangle);
+    if (!polygons.normals.empty()) normals.emplace_back(normal(i), normal(j), normal(k));
+  };
+  std::vector<std::size_t> face;  // its corners, without those that repeat the point of the one before
+  std::vector<glm::dvec3> places;
   std::vector<glm::uvec3> pieces;
   std::size_t begin = 0;
   for (const std::uint32_t size : polygons.face_sizes) {
-    face.read(polygons, joined, begin, size);
+    const std::size_t first = begin;
     begin += size;
-    if (face.points.size() < 3) {
+    if (size == 3) {
+      add(first, first + 1, first + 2);
+      continue;
+    }
+    face.clear();
+    for (std::size_t i = first; i < begin; ++i)
+      if (face.empty() || point(i) != point(face.back())) face.push_back(i);
+    while (face.size() > 1 && point(face.front()) == point(face.back())) face.pop_back();
+    if (face.size() < 3) {
       ++counts.zero_area_faces;
       continue;
     }
-    corners.clear();
-    for (const std::uint32_t point : face.points) corners.push_back(polygons.points[point]);
+    places.clear();
+    for (const std::size_t i : face) places.push_back(polygons.points[point(i)]);
     pieces.clear();
-    triangulate(corners, pieces);
-    for (const glm::uvec3& t : pieces) {
-      const glm::uvec3 triangle(face.points[t[0]], face.points[t[1]], face.points[t[2]]);
-      if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) {
-        ++counts.zero_area_faces;
-        continue;
-      }
-      triangles.push_back(triangle);
-      if (!face.normals.empty()) normals.emplace_back(face.normals[t[0]], face.normals[t[1]], face.normals[t[2]]);
-    }
+    triangulate(places, pieces);
+    for (const glm::uvec3& t : pieces) add(face[t[0]], face[t[1]], face[t[2]]);
   }
-  absorb_slivers(polygons.points, triangles, normals);
-  counts.zero_area_faces += erase_both(triangles, normals, [&](const glm::uvec3& t) {
-    return has_no_area(polygons.points[t[0]], polygons.points[t[1]], polygons.points[t[2]]);
-  });
+  if (absorb_slivers(polygons.points, triangles, normals))
+    counts.zero_area_faces += erase_both(triangles, normals, [&](const glm::uvec3& t) {
+      return has_no_area(polygons.points[t[0]], polygons.points[t[1]], polygons.points[t[2]]);
+    });
   if (triangles.empty()) refuse("none of its triangles has an area; choose another mesh");
   return triangles;
 }
@@ -199,6 +186,7 @@ void keep_used_points(const PolygonMesh& polygons, const std::vector<std::uint32
   std::vector<bool> used(polygons.points.size(), false);
   for (const glm::uvec3& t : mesh.triangles) used[t[0]] = used[t[1]] = used[t[2]] = true;
   std::vector<std::uint32_t> number(polygons.points.size(), unused);
+  mesh.positions.reserve(polygons.points.size());
   for (std::size_t i = 0; i < polygons.points.size(); ++i) {
     if (!used[joined[i]]) continue;
     if (number[joined[i]] == unused) {
@@ -236,6 +224,21 @@ void add_warnings(const Topology& topology, const std::vector<glm::dvec3>& flat,
 }
 
 }  // namespace
+
+std::vector<std::uint32_t> join_points(const std::vector<glm::dvec3>& points) {
+  constexpr std::uint32_t none = no_mate;
+  const std::size_t places = std::bit_ceil(2 * points.size() + 2);
+  const int shift = 64 - std::countr_zero(places);
+  std::vector<std::uint32_t> table(places, none);  // of the lowest points, each from where its hash points on
+  std::vector<std::uint32_t> joined(points.size());
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    std::size_t at = hash_of(points[i]) >> shift;
+    while (table[at] != none && points[table[at]] != points[i]) at = (at + 1) % places;
+    if (table[at] == none) table[at] = i;
+    joined[i] = table[at];
+  }
+  return joined;
+}
 
 Mesh clean_mesh(PolygonMesh polygons, double crease_degrees) {
   check(polygons);

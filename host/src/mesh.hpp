@@ -52,4 +52,7 @@ struct Mesh {
 /// left.
 [[nodiscard]] Mesh clean_mesh(PolygonMesh polygons, double crease_degrees = 40.0);
 
+/// For each point the lowest point at the same position. All must be finite, and fewer than 2^32.
+[[nodiscard]] std::vector<std::uint32_t> join_points(const std::vector<glm::dvec3>& points);
+
 }  // namespace parian

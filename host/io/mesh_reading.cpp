@@ -1,5 +1,5 @@
-// Words, numbers and refusals, shared by the formats' checks.
-#include "mesh_prepare.hpp"
+// Words, numbers, refusals and warnings, shared by the formats' readers.
+#include "mesh_reading.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -16,7 +16,7 @@
 namespace parian {
 namespace {
 
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
+bool is_blank(char c) { return c == ' ' || (c >= '\t' && c <= '\r' && c != '\n'); }
 
 /// Messages quote words of damaged files, which mustn't reach a terminal raw.
 std::string printable(std::string message) {
@@ -35,11 +35,12 @@ void refuse(const std::string& file, std::size_t line, const std::string& messag
   throw Error(ErrorKind::input, fmt::format("{}:{}: {}", file, line, printable(message)));
 }
 
-void PreparedMesh::drop_face(const char* unit, std::size_t number) {
+void MeshReading::drop_face(std::size_t begin, const char* unit, std::size_t number) {
+  mesh.corners.resize(begin);
   if (bad_faces++ == 0) first_bad_face = fmt::format("{} {}", unit, number);
 }
 
-std::vector<std::string> PreparedMesh::warnings() const {
+std::vector<std::string> MeshReading::warnings() const {
   std::vector<std::string> lines;
   if (bad_faces > 0)
     lines.push_back(fmt::format(
@@ -63,17 +64,34 @@ std::vector<std::string> PreparedMesh::warnings() const {
   return lines;
 }
 
+/// How many bytes at the place where the reading stands join this line to the next.
+std::size_t Words::join() const {
+  if (!joins_ || text_[position_] != '\\') return 0;
+  const std::string_view rest = text_.substr(position_ + 1, 2);
+  return rest.starts_with('\n') ? 2 : rest == "\r\n" ? 3 : 0;
+}
+
+void Words::to_end_of_line() {
+  while (position_ < text_.size() && text_[position_] != '\n') {
+    const std::size_t bytes = join();
+    joined_ += bytes > 0 ? 1 : 0;
+    position_ += std::max<std::size_t>(bytes, 1);
+  }
+}
+
 void Words::skip(bool over_lines) {
   while (position_ < text_.size()) {
     const char c = text_[position_];
-    if (c == '\n') {
+    if (is_blank(c)) {
+      ++position_;
+    } else if (c == '\n') {
       if (!over_lines) return;
-      ++line_;
-      ++position_;
-    } else if (is_blank(c)) {
-      ++position_;
+      next_line();
     } else if (comment_ != 0 && c == comment_) {
-      while (position_ < text_.size() && text_[position_] != '\n') ++position_;
+      to_end_of_line();
+    } else if (const std::size_t bytes = join(); bytes > 0) {
+      position_ += bytes;
+      ++joined_;
     } else {
       return;
     }
@@ -84,7 +102,7 @@ std::string_view Words::word() {
   const std::size_t begin = position_;
   while (position_ < text_.size()) {
     const char c = text_[position_];
-    if (c == '\n' || is_blank(c) || (comment_ != 0 && c == comment_)) break;
+    if (c == '\n' || is_blank(c) || (comment_ != 0 && c == comment_) || join() > 0) break;
     ++position_;
   }
   return text_.substr(begin, position_ - begin);
@@ -101,14 +119,16 @@ std::string_view Words::next_in_line() {
 }
 
 bool Words::next_line() {
-  while (position_ < text_.size() && text_[position_] != '\n') ++position_;
+  to_end_of_line();
   if (position_ == text_.size()) return false;
   ++position_;
-  ++line_;
+  line_ += 1 + joined_;
+  joined_ = 0;
   return true;
 }
 
-bool parse_number(std::string_view word, double& value) {
+template <class Real>
+bool parse_number(std::string_view word, Real& value) {
   if (word.size() > 1 && word.front() == '+' && word[1] != '-') word.remove_prefix(1);
   const char* end = word.data() + word.size();
   const auto [stop, fault] = std::from_chars(word.data(), end, value);
@@ -116,10 +136,12 @@ bool parse_number(std::string_view word, double& value) {
   if (fault == std::errc::result_out_of_range) {  // 0, or infinity
     std::istringstream stream{std::string(word)};
     stream.imbue(std::locale::classic());
-    if (!(stream >> value) && value != 0) value = std::copysign(HUGE_VAL, value);
+    if (!(stream >> value) && value != 0) value = std::copysign(std::numeric_limits<Real>::infinity(), value);
   }
   return fault != std::errc::invalid_argument;
 }
+template bool parse_number(std::string_view word, float& value);
+template bool parse_number(std::string_view word, double& value);
 
 bool parse_integer(std::string_view word, std::int64_t& value) {
   if (word.size() > 1 && word.front() == '+' && word[1] != '-') word.remove_prefix(1);
@@ -134,13 +156,20 @@ const char* coordinate_fault(double value) {
   return nullptr;
 }
 
-std::string_view read_coordinate(std::string_view word, double& value, const std::string& file, std::size_t line) {
+template <class Real>
+Real read_coordinate(std::string_view word, const std::string& file, std::size_t line) {
   if (word.empty()) refuse(file, line, "a point has fewer than three coordinates; the file may be truncated");
+  Real value = 0;
   if (!parse_number(word, value))
     refuse(file, line, fmt::format("'{:.40}' is not a number; correct the coordinate", word));
-  if (const char* fault = coordinate_fault(value))
+  if (std::abs(value) < std::numeric_limits<float>::max()) return value;
+  double exact = 0.0;  // which a float may not be
+  (void)parse_number(word, exact);
+  if (const char* fault = coordinate_fault(exact))
     refuse(file, line, fmt::format("coordinate '{:.40}' is {}; remove the point or rescale the mesh", word, fault));
-  return word;
+  return value;
 }
+template float read_coordinate(std::string_view word, const std::string& file, std::size_t line);
+template double read_coordinate(std::string_view word, const std::string& file, std::size_t line);
 
 }  // namespace parian
