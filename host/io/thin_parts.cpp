@@ -21,15 +21,24 @@ struct Part {
 };
 
 std::vector<Part> parts_of(const Mesh& mesh) {
-  UnionFind sets(mesh.positions.size());
-  for (const glm::uvec3& t : mesh.triangles) {
-    sets.join(t.x, t.y);
-    sets.join(t.x, t.z);
+  std::vector<std::uint32_t> number(mesh.positions.size(), 0);  // of each point's part
+  std::uint32_t count = 1;
+  if (mesh.counts.parts != 1) {  // those may touch in points
+    UnionFind sets(mesh.positions.size());
+    for (const glm::uvec3& t : mesh.triangles) {
+      sets.join(t.x, t.y);
+      sets.join(t.x, t.z);
+    }
+    count = 0;
+    for (std::uint32_t i = 0; i < number.size(); ++i) {
+      const std::uint32_t lowest = sets.find(i);
+      number[i] = lowest == i ? count++ : number[lowest];
+    }
   }
-  std::vector<Part> parts(mesh.positions.size());
+  std::vector<Part> parts(count);
   for (const glm::uvec3& t : mesh.triangles) {
     const glm::dvec3 a = mesh.positions[t.x], b = mesh.positions[t.y], c = mesh.positions[t.z];
-    Part& part = parts[sets.find(t.x)];
+    Part& part = parts[number[t.x]];
     part.area += 0.5 * glm::length(glm::cross(b - a, c - a));
     part.low = glm::min(part.low, glm::min(a, glm::min(b, c)));
     part.high = glm::max(part.high, glm::max(a, glm::max(b, c)));

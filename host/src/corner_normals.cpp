@@ -8,12 +8,65 @@
 #include <limits>
 #include <numbers>
 
-#include "union_find.hpp"
+#include "parallel.hpp"
 
 namespace parian {
 namespace {
 
 std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+std::uint32_t previous(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+
+/// Calls `work(i)` for each i below `count`, on all processors if there are many.
+void in_blocks(std::size_t count, const auto& work) {
+  constexpr std::size_t block = 1 << 16;
+  in_parallel((count + block - 1) / block, 0, [&](std::size_t b) {
+    for (std::size_t i = b * block; i < std::min(count, (b + 1) * block); ++i) work(i);
+  });
+}
+
+struct Places {
+  const glm::dvec3 &a, &b, &c;
+};
+Places places_of(const Mesh& mesh, std::size_t triangle) {
+  const glm::uvec3& t = mesh.triangles[triangle];
+  return {mesh.positions[t.x], mesh.positions[t.y], mesh.positions[t.z]};
+}
+
+/// Numbers fans by their first corners; returns each corner's.
+std::vector<std::uint32_t> find_fans(const Topology& topology, const std::vector<glm::dvec3>& flat, double smooth,
+                                     std::uint32_t& count) {
+  std::vector<std::uint32_t> mates = topology.mates;  // none across creases
+  for (std::uint32_t h = 0; h < mates.size(); ++h) {
+    const std::uint32_t mate = mates[h];
+    if (mate == no_mate || mate < h || !(glm::dot(flat[h / 3], flat[mate / 3]) < smooth)) continue;
+    mates[h] = mates[mate] = no_mate;
+  }
+  constexpr std::uint32_t none = no_mate;
+  std::vector<std::uint32_t> fans(mates.size(), none);
+  for (std::uint32_t start = 0; start < fans.size(); ++start) {
+    if (fans[start] != none) continue;
+    std::uint32_t h = start;
+    do {  // round the point one way
+      fans[h] = count;
+      h = mates[h] == no_mate ? no_mate : next(mates[h]);
+    } while (h != start && h != no_mate);
+    if (h == no_mate)  // and the other
+      for (h = start; (h = mates[previous(h)]) != no_mate;) fans[h] = count;
+    ++count;
+  }
+  return fans;
+}
+
+/// The angle between two edges, in radians.
+double angle_between(const glm::dvec3& e, const glm::dvec3& f) {
+  return std::atan2(glm::length(glm::cross(e, f)), glm::dot(e, f));
+}
+
+/// What the corners of a fan add up to.
+struct Fan {
+  glm::dvec3 sum{0.0}, normal{0.0};
+  double length = 0.0;
+};
 
 /// Looks for facets: edges that corner normals smooth, with an angle between triangles that both reach far from them.
 class Facets {
@@ -71,45 +124,40 @@ class Facets {
 
 std::vector<glm::dvec3> flat_normals(const Mesh& mesh) {
   std::vector<glm::dvec3> flat(mesh.triangles.size());
-  for (std::size_t t = 0; t < flat.size(); ++t) {
-    const glm::dvec3 a = mesh.positions[mesh.triangles[t][0]];
-    flat[t] = glm::cross(mesh.positions[mesh.triangles[t][1]] - a, mesh.positions[mesh.triangles[t][2]] - a);
+  in_blocks(flat.size(), [&](std::size_t t) {
+    const auto& [a, b, c] = places_of(mesh, t);
+    flat[t] = glm::cross(b - a, c - a);
     flat[t] /= glm::length(flat[t]);
-  }
+  });
   return flat;
 }
 
 void compute_normals(const Topology& topology, const std::vector<glm::dvec3>& flat, double crease_degrees, Mesh& mesh) {
-  const std::vector<glm::uvec3>& triangles = mesh.triangles;
   const double smooth = std::cos(crease_degrees * std::numbers::pi / 180.0);
-  UnionFind fans(3 * triangles.size());
-  for (std::uint32_t h = 0; h < topology.mates.size(); ++h) {
-    const std::uint32_t mate = topology.mates[h];
-    if (mate == no_mate || mate < h || glm::dot(flat[h / 3], flat[mate / 3]) < smooth) continue;
-    fans.join(h, next(mate));
-    fans.join(next(h), mate);
-  }
-  std::vector<std::uint32_t> fan(3 * triangles.size());  // of each corner, numbered by their first corners
   std::uint32_t count = 0;
-  for (std::uint32_t h = 0; h < fan.size(); ++h) {
-    const std::uint32_t root = fans.find(h);
-    fan[h] = root == h ? count++ : fan[root];
+  const std::vector<std::uint32_t> fan_of = find_fans(topology, flat, smooth, count);
+  std::vector<glm::dvec3> angles(flat.size());  // of triangles
+  in_blocks(angles.size(), [&](std::size_t t) {
+    const auto& [a, b, c] = places_of(mesh, t);
+    angles[t] = {angle_between(b - a, c - a), angle_between(c - b, a - b), angle_between(a - c, b - c)};
+  });
+  std::vector<Fan> fans(count);
+  for (std::size_t t = 0; t < flat.size(); ++t) {
+    fans[fan_of[3 * t]].sum += angles[t].x * flat[t];
+    fans[fan_of[3 * t + 1]].sum += angles[t].y * flat[t];
+    fans[fan_of[3 * t + 2]].sum += angles[t].z * flat[t];
   }
-  std::vector<glm::dvec3> sums(count, glm::dvec3(0.0));
-  for (std::uint32_t h = 0; h < fan.size(); ++h) {
-    const glm::uvec3& t = triangles[h / 3];
-    const glm::dvec3 at = mesh.positions[t[h % 3]];
-    const glm::dvec3 e = mesh.positions[t[(h + 1) % 3]] - at;
-    const glm::dvec3 f = mesh.positions[t[(h + 2) % 3]] - at;
-    sums[fan[h]] += std::atan2(glm::length(glm::cross(e, f)), glm::dot(e, f)) * flat[h / 3];
+  for (Fan& fan : fans) {
+    fan.length = glm::length(fan.sum);
+    fan.normal = fan.sum / fan.length;
   }
-  mesh.normals.resize(fan.size());
-  for (std::uint32_t h = 0; h < fan.size(); ++h) {
-    const glm::dvec3& sum = sums[fan[h]];
+  mesh.normals.resize(fan_of.size());
+  in_blocks(fan_of.size(), [&](std::size_t h) {
+    const Fan& fan = fans[fan_of[h]];
     // A fan that curls round may cancel, or bend away from one of its triangles: that corner stays flat.
-    const bool usable = glm::dot(sum, flat[h / 3]) > 1e-6 * glm::length(sum);
-    mesh.normals[h] = glm::vec3(usable ? sum / glm::length(sum) : flat[h / 3]);
-  }
+    const bool usable = glm::dot(fan.sum, flat[h / 3]) > 1e-6 * fan.length;
+    mesh.normals[h] = glm::vec3(usable ? fan.normal : flat[h / 3]);
+  });
 }
 
 void use_given_normals(const std::vector<glm::vec3>& given, const std::vector<glm::uvec3>& ids,

@@ -17,6 +17,16 @@ struct Halfedge {
   std::uint32_t index;
 };
 
+/// Calls `use(h, from, to)` for each halfedge and the points that it leads from and to.
+void for_halfedges(const std::vector<glm::uvec3>& triangles, const auto& use) {
+  std::uint32_t h = 0;
+  for (const glm::uvec3& t : triangles) {
+    use(h++, t.x, t.y);
+    use(h++, t.y, t.z);
+    use(h++, t.z, t.x);
+  }
+}
+
 /// One closed part, for the question of what lies within what.
 struct Solid {
   std::uint32_t part;
@@ -66,15 +76,11 @@ std::vector<Solid> find_solids(const std::vector<glm::dvec3>& positions, const s
     Solid& solid = solids[slot[topology.parts[t]]];
     solid.triangles.push_back(t);
     // Relative to a point of the part, so that parts far from the origin keep their digits.
-    const glm::dvec3 origin = positions[triangles[solid.triangles.front()][0]];
-    const glm::dvec3 a = positions[triangles[t][0]] - origin;
-    const glm::dvec3 b = positions[triangles[t][1]] - origin;
-    const glm::dvec3 c = positions[triangles[t][2]] - origin;
-    solid.volume += glm::dot(a, glm::cross(b, c)) / 6.0;
-    for (int k = 0; k < 3; ++k) {
-      solid.low = glm::min(solid.low, positions[triangles[t][k]]);
-      solid.high = glm::max(solid.high, positions[triangles[t][k]]);
-    }
+    const glm::dvec3& origin = positions[triangles[solid.triangles.front()].x];
+    const glm::dvec3 &a = positions[triangles[t].x], &b = positions[triangles[t].y], &c = positions[triangles[t].z];
+    solid.volume += glm::dot(a - origin, glm::cross(b - origin, c - origin)) / 6.0;
+    solid.low = glm::min(solid.low, glm::min(a, glm::min(b, c)));
+    solid.high = glm::max(solid.high, glm::max(a, glm::max(b, c)));
   }
   return solids;
 }
@@ -138,16 +144,17 @@ std::string size_of(const Solid& solid) {
 Topology find_topology(const std::vector<glm::uvec3>& triangles, std::size_t points) {
   Topology topology;
   const std::size_t halfedges = 3 * triangles.size();
-  const auto corner = [&](std::uint32_t h) { return triangles[h / 3][static_cast<int>(h % 3)]; };
-  const auto tip = [&](std::uint32_t h) { return triangles[h / 3][static_cast<int>((h % 3 + 1) % 3)]; };
+  const std::uint32_t* corner = triangles.empty() ? nullptr : &triangles.front().x;  // where each halfedge begins
   // Halfedges in buckets by the lower point of their edge; buckets are sorted by the higher.
   std::vector<std::uint32_t> bucket(points + 1, 0);
-  for (std::uint32_t h = 0; h < halfedges; ++h) ++bucket[std::min(corner(h), tip(h)) + 1];
+  for_halfedges(triangles,
+                [&](std::uint32_t, std::uint32_t from, std::uint32_t to) { ++bucket[std::min(from, to) + 1]; });
   std::partial_sum(bucket.begin(), bucket.end(), bucket.begin());
   std::vector<Halfedge> sorted(halfedges);
   std::vector<std::uint32_t> fill(bucket.begin(), bucket.end() - 1);
-  for (std::uint32_t h = 0; h < halfedges; ++h)
-    sorted[fill[std::min(corner(h), tip(h))]++] = {std::max(corner(h), tip(h)), h};
+  for_halfedges(triangles, [&](std::uint32_t h, std::uint32_t from, std::uint32_t to) {
+    sorted[fill[std::min(from, to)]++] = {std::max(from, to), h};
+  });
   topology.mates.assign(halfedges, no_mate);
   UnionFind connected(triangles.size());
   for (std::size_t point = 0; point < points; ++point) {
@@ -160,7 +167,7 @@ Topology find_topology(const std::vector<glm::uvec3>& triangles, std::size_t poi
       for (auto h = first + 1; h < last; ++h) connected.join(first->index / 3, h->index / 3);
       if (last - first == 1) {
         ++topology.boundary_edges;
-      } else if (last - first == 2 && corner(first->index) != corner(first[1].index)) {
+      } else if (last - first == 2 && corner[first->index] != corner[first[1].index]) {
         topology.mates[first->index] = first[1].index;
         topology.mates[first[1].index] = first->index;
       } else {

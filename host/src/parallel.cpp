@@ -5,6 +5,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -25,7 +26,10 @@ void in_parallel(std::size_t count, std::uint32_t threads, const std::function<v
     }
   };
   std::vector<std::jthread> others;
-  for (std::uint32_t t = 1; t < threads && t < count; ++t) others.emplace_back(run);
+  try {
+    for (std::uint32_t t = 1; t < threads && t < count; ++t) others.emplace_back(run);
+  } catch (const std::system_error&) {  // no more threads: those that there are do it
+  }
   run();
   others.clear();
   if (failure) std::rethrow_exception(failure);
