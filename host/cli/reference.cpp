@@ -16,6 +16,7 @@
 #include "medium.hpp"
 #include "progress.hpp"
 #include "terminal.hpp"
+#include "warnings.hpp"
 
 namespace parian {
 namespace {
@@ -129,24 +130,21 @@ int run_reference(const ReferenceOptions& options) {
   settings.model = input.settings.model;
   const std::uint32_t pixels = input.scene.film.x * input.scene.film.y;
   settings.samples = std::clamp(rays_per_batch / pixels, 1U, settings.samples);  // no batch of a large film takes hours
-  for (const std::string& warning : input.scene.mesh.warnings)
-    say(fmt::format("warning: {}: {}", input.mesh_file, warning));
-  for (const std::string& doubt : doubts_of(input.scene.material)) say("warning: " + doubt);
+  Warnings warnings(input.scene.mesh.warnings, input.mesh_file);
+  for (const auto& some : {input.scene.mesh.warnings, doubts_of(input.scene.material)})
+    for (const std::string& line : warnings.add(some)) say("warning: " + line);
   const std::string mark = fingerprint(input.scene, settings.model);
   ReferenceState state =
       options.resume ? earlier_state(resumable(options), mark, input.scene.film, settings.samples) : ReferenceState();
   const std::uint32_t resumed = state.batches;
 
-  Settings shown;  // what the progress bar takes the end from
-  shown.error = settings.target;
-  shown.time = settings.time;
-  shown.frames = std::numeric_limits<std::uint32_t>::max();
+  const Stopping ends{.error = settings.target, .time = settings.time};  // batches aren't counted
   listen_for_interrupt();
   {
-    Progress progress(shown, !options.quiet, "batch");
+    ProgressBar bar(!options.quiet, "batch");
     const Clock rendering;
     render_reference(input.scene, settings, state, [&](std::uint32_t batches, double error) {
-      progress.update(batches, error, rendering.seconds());
+      bar.update(progress_of(ends, batches, error, rendering.seconds()));
       return !interrupted();
     });
   }

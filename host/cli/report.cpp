@@ -8,7 +8,6 @@
 #include <cstring>
 #include <ctime>
 #include <filesystem>
-#include <limits>
 #include <memory>
 
 #include "ascii.hpp"
@@ -119,16 +118,13 @@ Image get_reference(const ReportOptions& options, const Scene& scene, Model mode
   how.model = model;
   how.target = reference_error;
   how.time = reference_seconds;
-  Settings shown;  // what the progress bar takes the end from
-  shown.error = how.target;
-  shown.time = how.time;
-  shown.frames = std::numeric_limits<std::uint32_t>::max();
+  const Stopping ends{.error = how.target, .time = how.time};  // batches aren't counted
   ReferenceState state;
   {
-    Progress progress(shown, !options.quiet, "batch of the reference");
+    ProgressBar bar(!options.quiet, "batch of the reference");
     const Clock clock;
     render_reference(scene, how, state, [&](std::uint32_t batches, double error) {
-      progress.update(batches, error, clock.seconds());
+      bar.update(progress_of(ends, batches, error, clock.seconds()));
       return !interrupted();
     });
   }

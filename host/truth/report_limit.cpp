@@ -50,7 +50,7 @@ Image make_limit(const Scene& scene, Settings settings, const std::string& selec
   for (Image& half : halves) {
     Rendering renderer(scene, settings, selector);
     ++settings.seed;
-    while (renderer.frames() < frames) renderer.frame();
+    render_frames(renderer, {.frames = frames, .checkpoints = false});
     half = renderer.image(0);
     note_warnings(warnings, renderer.statistics().warnings);
   }

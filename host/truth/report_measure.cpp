@@ -70,7 +70,8 @@ class Meter {
 
 bool power_of_two(std::uint32_t n) { return (n & (n - 1)) == 0; }
 
-/// One seed of one configuration. Pictures of checkpoints go to `shots` if given.
+/// One seed of one configuration. Pictures of checkpoints go to `shots` if given. No render_frames: checkpoints are at
+/// powers of two whatever the renderer says, and the clock that ends a run leaves gathers out.
 ReportRun render_run(const Scene& scene, const Settings& settings, const std::string& selector, const Image& reference,
                      const Limit& limit, std::uint32_t frames, double time, std::vector<Shot>* shots,
                      std::vector<std::string>& warnings) {

@@ -89,8 +89,7 @@ Trial::Trial(const std::string& selector) : selector_(selector), compute_(select
 
 Trial::Result Trial::render(const Scene& scene, const Settings& settings) const {
   Rendering renderer(scene, settings, selector_);
-  while (renderer.frames() < settings.frames) renderer.frame();
-  renderer.estimate();
+  render_frames(renderer, {.frames = settings.frames, .checkpoints = false});
   Result result{renderer.image(0), {}};
   result.statistics = renderer.statistics();
   const Image& image = result.image;

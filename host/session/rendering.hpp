@@ -1,4 +1,4 @@
-// The command line's way into the C API: a scene as it was loaded, rendered, and what the renderer says of itself.
+// A front's way into the C API: a scene as it was loaded, rendered, and what the renderer says of itself.
 #pragma once
 #include <parian/parian.hpp>
 
@@ -7,21 +7,22 @@
 
 #include "device.hpp"
 #include "scene.hpp"
+#include "session.hpp"
 
 namespace parian {
 
 /// A renderer of the API that takes scenes and throws Error, of the kind that a failure's status stands for.
-class Rendering {
+class Rendering final : public FrameSource {
  public:
   /// Plans `scene` on the device that `selector` means, as parian_create_info has it. Moving a large scene in saves
   /// its copy. Compiled programs are kept as program_folder says. While it plans, `step` is called before kernels are
   /// compiled and before each launch; it may not throw.
   Rendering(Scene scene, const Settings& settings, const std::string& selector, std::function<void()> step = {});
 
-  void frame();
+  void frame() override;
   [[nodiscard]] std::uint32_t frames() const { return frames_; }
-  [[nodiscard]] bool estimate_due() const;
-  double estimate();
+  [[nodiscard]] bool estimate_due() const override;
+  double estimate() override;
   [[nodiscard]] Image image(std::size_t camera);
   [[nodiscard]] DeviceInfo device() const;
   [[nodiscard]] Statistics statistics() const;

@@ -32,7 +32,7 @@ Json omissions(const std::vector<Omission>& left_out) {
 
 }  // namespace
 
-std::string statistics_json(const Statistics& statistics, const DeviceInfo& device, const glm::uvec2& film) {
+Json statistics_json(const Statistics& statistics, const DeviceInfo& device, const glm::uvec2& film) {
   Json json;
   json["schema"] = "parian-stats-1";
   json["version"] = version;
@@ -62,7 +62,7 @@ std::string statistics_json(const Statistics& statistics, const DeviceInfo& devi
   json["left_out"] = omissions(statistics.left_out);
   json["nonfinite"] = statistics.nonfinite;
   json["warnings"] = statistics.warnings;
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json;
 }
 
 }  // namespace parian
