@@ -103,7 +103,7 @@ TEST(Session, FinishesTheFrameThatIsCancelled) {
   other.seconds = 0.001;
   CancelToken late;
   std::thread thread([&] { late.cancel(); });
-  EXPECT_EQ(render_frames(other, {.cancel = &late}), StoppedBy::interrupt);
+  EXPECT_EQ(render_frames(other, {.frames = 10000, .cancel = &late}), StoppedBy::interrupt);
   thread.join();
 }
 

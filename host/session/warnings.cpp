@@ -7,22 +7,32 @@
 #include "words.hpp"
 
 namespace parian {
+namespace {
+
+bool has(const std::vector<std::string>& all, const std::string& warning) {
+  return std::find(all.begin(), all.end(), warning) != all.end();
+}
+
+}  // namespace
+
+std::vector<std::string> note_warnings(std::vector<std::string>& all, const std::vector<std::string>& warnings) {
+  std::vector<std::string> fresh;
+  for (const std::string& warning : warnings) {
+    if (has(all, warning)) continue;
+    all.push_back(warning);
+    fresh.push_back(warning);
+  }
+  return fresh;
+}
 
 Warnings::Warnings(std::vector<std::string> of_mesh, std::string mesh_file)
     : of_mesh_(std::move(of_mesh)), mesh_file_(std::move(mesh_file)) {}
 
 std::vector<std::string> Warnings::add(const std::vector<std::string>& warnings) {
-  const auto has = [](const std::vector<std::string>& all, const std::string& warning) {
-    return std::find(all.begin(), all.end(), warning) != all.end();
-  };
-  std::vector<std::string> fresh;
-  for (const std::string& warning : warnings) {
-    const std::string line = in_command_words(has(of_mesh_, warning) ? mesh_file_ + ": " + warning : warning);
-    if (has(all_, line)) continue;
-    all_.push_back(line);
-    fresh.push_back(line);
-  }
-  return fresh;
+  std::vector<std::string> lines;
+  for (const std::string& warning : warnings)
+    lines.push_back(in_command_words(has(of_mesh_, warning) ? mesh_file_ + ": " + warning : warning));
+  return note_warnings(all_, lines);
 }
 
 }  // namespace parian

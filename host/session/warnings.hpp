@@ -5,6 +5,9 @@
 
 namespace parian {
 
+/// Adds to `all` what it lacks of `warnings`; returns that.
+std::vector<std::string> note_warnings(std::vector<std::string>& all, const std::vector<std::string>& warnings);
+
 /// Warnings, each once, in the order in which they came.
 class Warnings {
  public:

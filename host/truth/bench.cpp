@@ -247,7 +247,7 @@ Bench bench(const Scene& scene, const Settings& settings, const std::string& sel
   result.runs = runs;
   result.peak = measure_peak(selector, runs);
   Renderer renderer(one, every, selector);
-  std::vector<Run> counted;
+  std::vector<Run> counted;  // not render_frames: each frame has a picture, and the tables around it
   for (std::uint32_t run = 0; run <= runs; ++run) {  // the first compiles
     Run done = render_once(renderer, result.relmse);
     if (run > 0) counted.push_back(std::move(done));

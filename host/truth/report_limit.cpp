@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "rendering.hpp"
+#include "warnings.hpp"
 
 namespace parian {
 namespace {
@@ -79,11 +80,6 @@ const Limit& Limits::of(const Settings& settings, std::uint32_t frames, const Sc
 double sampling_relmse(const Image& picture, const Image& limit, const Image& reference) {
   const auto [squared, variance] = squares(picture, limit, reference);
   return std::max(0.0, squared - variance);
-}
-
-void note_warnings(std::vector<std::string>& all, const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings)
-    if (std::find(all.begin(), all.end(), warning) == all.end()) all.push_back(warning);
 }
 
 }  // namespace parian

@@ -34,7 +34,4 @@ class Limits {
 /// R is the reference and eps a hundredth of its mean there: so that errors of all configurations can be compared.
 [[nodiscard]] double sampling_relmse(const Image& picture, const Image& limit, const Image& reference);
 
-/// Adds what isn't there yet.
-void note_warnings(std::vector<std::string>& all, const std::vector<std::string>& warnings);
-
 }  // namespace parian

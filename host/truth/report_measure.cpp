@@ -13,6 +13,7 @@
 #include "report.hpp"
 #include "report_limit.hpp"
 #include "report_pictures.hpp"
+#include "warnings.hpp"
 
 namespace parian {
 namespace {
