@@ -340,6 +340,6 @@ PARIAN_API parian_status parian_get_warning(const parian_renderer* renderer, siz
 PARIAN_API parian_status parian_get_explanation(const parian_renderer* renderer, size_t i, const char** text);
 
 #ifdef __cplusplus
-}
+} /* extern "C" */
 #endif
 #endif
