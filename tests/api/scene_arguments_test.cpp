@@ -6,11 +6,16 @@
 namespace parian::test {
 namespace {
 
-TEST_F(Arguments, Meshes) {
-  const auto mesh_refused = [&](const parian_mesh& mesh, const std::vector<std::string>& words,
-                                parian_status status = PARIAN_INVALID_ARGUMENT) {
+/// Meshes that a renderer is given one after the other.
+class ArgumentsMeshes : public Arguments {
+ protected:
+  void mesh_refused(const parian_mesh& mesh, const std::vector<std::string>& words,
+                    parian_status status = PARIAN_INVALID_ARGUMENT) {
     refused(parian_set_mesh(r.get(), &mesh), status, words);
-  };
+  }
+};
+
+TEST_F(ArgumentsMeshes, LackParts) {
   parian_mesh mesh = scene.mesh();
   mesh.positions = nullptr;
   mesh_refused(mesh, {"positions"});
@@ -35,7 +40,10 @@ TEST_F(Arguments, Meshes) {
     std::memcpy(&mesh.normals_kind, &kind, sizeof kind);
     mesh_refused(mesh, {"normals_kind"});
   }
-  mesh = scene.mesh();
+}
+
+TEST_F(ArgumentsMeshes, HaveBadNumbers) {
+  parian_mesh mesh = scene.mesh();
   mesh.normals_kind = PARIAN_NORMALS_PER_VERTEX;
   mesh_refused(mesh, {"normals"});
   std::vector<float> normals(scene.positions.size(), 0.57735F);
