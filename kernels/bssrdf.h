@@ -11,6 +11,9 @@
 #endif
 
 KERNEL_HEADER_BEGIN
+#ifndef __cplusplus
+#pragma OPENCL FP_CONTRACT ON  // nothing in here steers control flow
+#endif
 
 // --- Boundary ---
 
@@ -183,5 +186,8 @@ SHARED real bssrdf(CONSTANTS(Medium) m, CONSTANTS(Boundary) b, DipoleGeometry g)
 #endif
 }
 
+#ifndef __cplusplus
+#pragma OPENCL FP_CONTRACT OFF
+#endif
 KERNEL_HEADER_END
 #endif

@@ -1,6 +1,7 @@
 // A mesh as it lies in its owner's buffers, read into what the rasteriser takes: positions in object units, triangles
 // that are safe to follow, and shading normals of corners. Sums of normals are in whole numbers, so that their order
 // doesn't matter.
+#include "raster.h"
 
 #define NORMAL_UNIT 0x1p20f       // of summed normals: radians of corners to 1e-6, 2000 of them before they overflow
 #define OUTSIDE_SQ 1.0002f        // of the unit sphere, rounding aside

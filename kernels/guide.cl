@@ -2,86 +2,28 @@
 //
 // A map's lit texels are listed along a Hilbert curve through GUIDE_SIDE^3 cubes of space, so that ranges of the list
 // are compact in space, however deep the surface is as the light sees it. A guide gives ranges of the list, or where
-// one gives much light its PARTS_OF_RANGE parts, slots in proportion to what they give: each is of one part, or of
-// whole ones, and a sample lies anywhere in one of them. In memory: where each slot begins and the last one ends, in
+// one gives much light its PARTS_OF_RANGE parts, strips in proportion to what they give: each is of one part, or of
+// whole ones, and a sample lies anywhere in one of them. In memory: where each strip begins and the last one ends, in
 // units of which a texel of the list has 2^unit_bits; how many parts a texel is; and each part's density, as bytes.
 // Where there is no guide the end is 0.
 //
 // A texel's sample depends on what every other gives. So that all devices make the same guides, nothing in here is
 // fused, quotients are products with reciprocals, and nothing else than positions and heights goes in.
+#ifndef PARIAN_GUIDE_CL
+#define PARIAN_GUIDE_CL
+#include "guide_list.cl"
+
 #define LEAST_SHARE 0x1p-24f  // of the light of a channel that counts
 #define PARTED_SHARE 0x1p-8f  // ranges that may give more are parted
 #define MEAN_RADII 0.5f       // by so many of its radii a place lies nearer than its middle
 #define MOST_RADII 3.0f       // at most: where the curve jumps, few texels may lie far from the others
-#define NO_SLOT 0xffffffffu   // of a texel without values
-#define NO_RANK 0xffffffffu   // of a texel that isn't lit
 #define GUIDED_FROM 3.0f      // points whose h is more than so many times h_min have guides
-#define END_OF_SLOTS GUIDE_SLOTS
-#define PARTS_PER_TEXEL (GUIDE_SLOTS + 1u)
-#define CODES_OF_PARTS (GUIDE_SLOTS + 2u)
+#define END_OF_STRIPS GUIDE_STRIPS
+#define PARTS_PER_TEXEL (GUIDE_STRIPS + 1u)
+#define CODES_OF_PARTS (GUIDE_STRIPS + 2u)
 #define WHOLE_RANGE 0x80u  // beside a share, while a guide is made
 
 #if ESTIMATOR == 0
-// The lists come first, map after map: a list's length, the lit texels as (row << 16 | column), and the place in the
-// list of each texel. Then come the guides, light after light, tile after tile, of both halves.
-#define LISTED 1u
-#define RANKED(texels) (1u + (texels))
-#define LIST_SIZE(texels) (1u + 2u * (texels))
-
-// The places of a list fit in 31 bits with these below them.
-static uint unit_bits(uint texels) { return clz(texels - 1) - 1; }
-
-// Counts the lit texels of each cube of a map, or, once `cubes` says where each begins in the list, lists them: a
-// work-item for each column of cubes, square by square, so that what comes one after the other lies close by.
-__kernel void guide_list(const View view, __global const float4* restrict map, const uint first, const uint number,
-                         const uint listing, __global uint* restrict cubes, __global uint* restrict lists) {
-  const uint column = (uint)get_global_id(0), width = view.width, texels = width * width;
-  if (column >= GUIDE_SIDE * GUIDE_SIDE) return;
-  __global uint* lit = lists + number * LIST_SIZE(texels);
-  const uint side = (width + GUIDE_SIDE - 1) / GUIDE_SIDE, squares = (side + 3) / 4;
-  const uint cube_x = column % GUIDE_SIDE, cube_y = column / GUIDE_SIDE;
-  if (!listing)
-    for (uint z = 0; z < GUIDE_SIDE; ++z) cubes[cube_number(cube_x, cube_y, z)] = 0;
-  uint last_z = GUIDE_SIDE, cube = 0, next = 0;
-  for (uint square = 0; square < squares * squares; ++square) {
-    const uint row_of_squares = square / squares, along = square % squares;
-    const uint x0 = 4 * (row_of_squares & 1u ? squares - 1 - along : along), y0 = 4 * row_of_squares;
-    for (uint i = 0; i < 16; ++i) {
-      const uint x = x0 + i % 4, y = y0 + i / 4, u = cube_x * side + x, v = cube_y * side + y;
-      if (x >= side || y >= side || u >= width || v >= width) continue;
-      const float height = map[first + v * width + u].x;
-      uint rank = NO_RANK;
-      if (height > UNLIT) {
-        const uint z = convert_uint(clamp((height + 1.0f) * (0.5f * GUIDE_SIDE), 0.0f, GUIDE_SIDE - 1.0f));
-        if (z != last_z) {
-          if (last_z < GUIDE_SIDE) cubes[cube] = next;
-          cube = cube_number(cube_x, cube_y, z);
-          next = cubes[cube];
-          last_z = z;
-        }
-        rank = next++;
-        if (listing) lit[LISTED + rank] = v << 16 | u;
-      }
-      if (listing) lit[RANKED(texels) + v * width + u] = rank;
-    }
-  }
-  if (last_z < GUIDE_SIDE) cubes[cube] = next;
-}
-
-// From how many texels each cube has to where it begins in the list; and the list's length.
-__kernel void guide_starts(__global const uint* restrict counts, const uint number, const uint texels,
-                           __global uint* restrict cubes, __global uint* restrict lists) {
-  const uint item = (uint)get_global_id(0), of_item = GUIDE_CUBES / GUIDE_ITEMS;
-  if (item >= GUIDE_ITEMS) return;
-  uint sum = 0;
-  for (uint i = 0; i < item * of_item; ++i) sum += counts[i];
-  for (uint i = item * of_item; i < (item + 1) * of_item; ++i) {
-    cubes[i] = sum;
-    sum += counts[i];
-  }
-  if (item + 1 == GUIDE_ITEMS) lists[number * LIST_SIZE(texels)] = sum;
-}
-
 // Where part number `part` of a list of n begins: part k n / GUIDE_PARTS, rounded. Place i is of part
 // (i + 1/2) GUIDE_PARTS / n, rounded down.
 static uint part_begins(uint part, uint n) {
@@ -215,28 +157,29 @@ static uint byte_of_part(__global const uint* guide, uint part) {
   return guide[CODES_OF_PARTS + part / 4] >> part % 4 * 8 & 0xffu;
 }
 
-// Which slots have been given out, how much light lies before the next one, and from which part of the list on.
+// Which strips have been given out, how much light lies before the next one, and from which part of the list on.
 typedef struct {
-  uint slot, part;
+  uint strip, part;
   float given;
 } Filled;
 
-// Gives the parts up to `end` so many slots of equal length.
-static void fill_slots(__global uint* guide, uint n, uint bits, uint end, uint slots, Filled* f) {
+// Gives the parts up to `end` so many strips of equal length.
+static void fill_strips(__global uint* guide, uint n, uint bits, uint end, uint strips, Filled* f) {
   const uint begins = part_begins(f->part, n), texels = part_begins(end, n) - begins;
-  const float length = (float)(texels << bits) * (1.0f / (float)slots);
-  for (uint k = 0; k < slots; ++k) guide[f->slot + k] = (begins << bits) + convert_uint((float)k * length);
-  f->slot += slots;
+  const float length = (float)(texels << bits) * (1.0f / (float)strips);
+  for (uint k = 0; k < strips; ++k) guide[f->strip + k] = (begins << bits) + convert_uint((float)k * length);
+  f->strip += strips;
   f->part = end;
 }
 
-// Some parts that give `share`. Those that give too little for a slot wait for the next ones.
-static void add_parts(__global uint* guide, uint n, uint bits, float slots_of_light, uint begin, uint end, float share,
+// Some parts that give `share`. Those that give too little for a strip wait for the next ones.
+static void add_parts(__global uint* guide, uint n, uint bits, float strips_of_light, uint begin, uint end, float share,
                       Filled* f) {
   f->given += share;
-  const uint slots = min(convert_uint(f->given * slots_of_light + 0.5f), GUIDE_SLOTS);
-  if (slots > f->slot + 1 && part_begins(f->part, n) < part_begins(begin, n)) fill_slots(guide, n, bits, begin, 1, f);
-  if (slots > f->slot) fill_slots(guide, n, bits, end, slots - f->slot, f);
+  const uint strips = min(convert_uint(f->given * strips_of_light + 0.5f), GUIDE_STRIPS);
+  if (strips > f->strip + 1 && part_begins(f->part, n) < part_begins(begin, n))
+    fill_strips(guide, n, bits, begin, 1, f);
+  if (strips > f->strip) fill_strips(guide, n, bits, end, strips - f->strip, f);
 }
 
 // The guides of one map, of which that of tile 0 and half A begins at `first_guide`.
@@ -248,7 +191,7 @@ __kernel void guide_tiles(const View view, const uint number, __global const flo
   const uint n = guides[number * LIST_SIZE(texels)], bits = unit_bits(texels);
   const float4 stand = stands[number / 2 * n_tiles + tile];
   __global uint* guide = guides + first_guide + (2 * tile + number % 2) * GUIDE_SIZE;
-  guide[END_OF_SLOTS] = 0;
+  guide[END_OF_STRIPS] = 0;
   if (!(stand.w > 0.0f)) return;
   const float3 p = to_frame(view, stand.xyz - view.origin.xyz);
   real nearest = real_splat(FLT_MAX), light;
@@ -295,17 +238,17 @@ __kernel void guide_tiles(const View view, const uint number, __global const flo
       }
     }
   }
-  // Where each slot begins; what is left gives nothing.
+  // Where each strip begins; what is left gives nothing.
   Filled filled;
-  filled.slot = filled.part = 0;
+  filled.strip = filled.part = 0;
   filled.given = 0.0f;
   for (uint part = 0; part < GUIDE_PARTS && all > 0.0f;) {
     const uint code = byte_of_part(guide, part), end = part + (code & WHOLE_RANGE ? PARTS_OF_RANGE : 1u);
-    add_parts(guide, n, bits, (float)GUIDE_SLOTS * (1.0f / all), part, end, share_of_code(code & ~WHOLE_RANGE),
+    add_parts(guide, n, bits, (float)GUIDE_STRIPS * (1.0f / all), part, end, share_of_code(code & ~WHOLE_RANGE),
               &filled);
     part = end;
   }
-  guide[END_OF_SLOTS] = part_begins(filled.part, n) << bits;
+  guide[END_OF_STRIPS] = part_begins(filled.part, n) << bits;
   guide[PARTS_PER_TEXEL] = as_uint((float)GUIDE_PARTS * (1.0f / (float)n));
 }
 
@@ -321,21 +264,21 @@ __kernel void guide_densities(const View view, const uint number, const uint n_t
   if (tile >= n_tiles) return;
   const uint n = guides[number * LIST_SIZE(texels)], bits = unit_bits(texels);
   __global uint* guide = guides + first_guide + (2 * tile + number % 2) * GUIDE_SIZE;
-  const uint end = guide[END_OF_SLOTS];
+  const uint end = guide[END_OF_STRIPS];
   if (end == 0) return;
-  const float even = (float)n * (1.0f / GUIDE_SLOTS) * (float)(1u << bits);
-  uint begin_of_slot = guide[0], end_of_slot = guide[1], slot = 0, code = 0, begin = 0;
+  const float even = (float)n * (1.0f / GUIDE_STRIPS) * (float)(1u << bits);
+  uint begin_of_strip = guide[0], end_of_strip = guide[1], strip = 0, code = 0, begin = 0;
   for (uint word = 0; word < GUIDE_PARTS / 4; ++word) {
     uint codes = 0;
     for (uint i = 0; i < 4; ++i) {
-      while (slot + 1 < GUIDE_SLOTS && end_of_slot <= begin) {
-        ++slot;
-        begin_of_slot = end_of_slot;
-        end_of_slot = guide[slot + 1];
+      while (strip + 1 < GUIDE_STRIPS && end_of_strip <= begin) {
+        ++strip;
+        begin_of_strip = end_of_strip;
+        end_of_strip = guide[strip + 1];
         code = 0;
       }
       if (code == 0) {
-        const float density = even * (1.0f / (float)(end_of_slot - begin_of_slot));
+        const float density = even * (1.0f / (float)(end_of_strip - begin_of_strip));
         code = clamp(as_uint(density / DENSITY_SCALE) >> DENSITY_BITS, 1u, 255u);
       }
       codes |= (begin < end ? code : 0) << i * 8;
@@ -359,17 +302,17 @@ static void guide_samples(__global const uint* guides, ureal guide, ureal map, r
   const float unit = (float)(1u << bits), last = (float)view.width - 1.0f;
   const mask of_guide = guided == 1u;
 
-  const real position = real_min(t * (float)GUIDE_SLOTS, real_splat((float)GUIDE_SLOTS - 1e-3f));
-  const real slot = floor(position);
-  const ureal at_slot = guide + convert_ureal(slot);
-#define READ_ELEMENT(k) guides[INDEX(at_slot, k)]
+  const real position = real_min(t * (float)GUIDE_STRIPS, real_splat((float)GUIDE_STRIPS - 1e-3f));
+  const real strip = floor(position);
+  const ureal at_strip = guide + convert_ureal(strip);
+#define READ_ELEMENT(k) guides[INDEX(at_strip, k)]
   const ureal begin = (ureal)(OF_EACH(READ_ELEMENT));
 #undef READ_ELEMENT
-#define READ_ELEMENT(k) guides[INDEX(at_slot, k) + 1]
+#define READ_ELEMENT(k) guides[INDEX(at_strip, k) + 1]
   const ureal end = (ureal)(OF_EACH(READ_ELEMENT));
 #undef READ_ELEMENT
   const real length = real_from_bits(end - begin);
-  const ureal place = begin + convert_ureal((position - slot) * length);
+  const ureal place = begin + convert_ureal((position - strip) * length);
 
   // One look tells which texels the guide's samples are in, and where in the list those of the others are.
   const real own_column = floor(*x * view.scale + view.centre_x - sample_x + 0.5f);
@@ -400,6 +343,8 @@ static void guide_samples(__global const uint* guides, ureal guide, ureal map, r
   const real exponent = sigma_tr * (rho2 * real_rsqrt(rho2)) + (centre.w + 1.6556f);  // ln(2 pi / 1.2)
   const real radial = real_exp(-real_min(exponent, real_splat(80.0f)));
   const real both = 2.0f / (radial + density * (view.scale * view.scale) * rho2);  // and rho2 of both
-  *weight = both * real_select(of_guide, density * length * (GUIDE_SLOTS / unit) * rho2, *weight * radial);
+  *weight = both * real_select(of_guide, density * length * (GUIDE_STRIPS / unit) * rho2, *weight * radial);
 }
+#endif
+
 #endif

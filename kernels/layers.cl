@@ -1,4 +1,6 @@
-// Pass 2, geometry: what each layer sees of the surface, and the points of the texels that are needed.
+// Pass 2: what each layer sees of the surface, the points of the texels that are needed, and the light that leaves
+// them.
+#include "scattering.cl"
 
 // Geometry of every texel of one layer, (n_g in the layer's frame, q), its triangle, and slot 0 (covered) or NO_SLOT
 // (empty): VW texels to a work-item.
@@ -64,23 +66,50 @@ __kernel void layers_points(__constant View* views, __global const uint* restric
         sampling_centre(p.x, p.n_s, lights + l, map, boundary, density, rho, extent, level_first, levels);
 }
 
-// For the choice of layers: how well a view and the opposite one see each point of the surface, its cosine, or 0 where
-// it is hidden; one after the other from `first` on.
-__kernel void layers_visibility(const View view, __global const uint* restrict nearest,
-                                __global const uint* restrict farthest, const uint n_points,
-                                __global const float4* restrict points, const uint first,
-                                __global float* restrict quality) {
+// Some rounds of samples of one light for both halves of every point: values[2 (first_value + i) + half] sums them, RGB
+// times `colour`, and what was there before.
+__kernel void layers_accumulate(__global const uint* restrict n_needed, __global const float4* restrict points,
+                                __global const float4* restrict centres, const uint l, __constant Light* lights,
+                                __global const float4* restrict map, __constant Medium* media, const Boundary boundary,
+                                const Density density, __global const float2* restrict rho,
+                                __global const uint* restrict guides, const uint first_guide, const uint seed,
+                                const uint round, const uint rounds, const uint add, const float4 colour,
+                                const uint first_value, __global float4* restrict values) {
+  const uint item = (uint)get_global_id(0), n_points = n_needed[0];
+  const uint items = (n_points + POINTS_OF_ITEM - 1) / POINTS_OF_ITEM;
+  if (item >= 2 / HALVES_OF_ITEM * items) return;
+  const uint half_index = item >= items;  // one half's maps stay in the caches
+  const uint first = (item - half_index * items) * POINTS_OF_ITEM;
+  const uint n = POINTS_OF_ITEM == 1 ? 1 : min(n_points - first, POINTS_OF_ITEM);  // 1 known to the compiler
+  const Transport transport = make_transport(lights, map, media, boundary, density, rho, guides, first_guide, seed);
+  real sum[POINTS_OF_ITEM][MEDIA + 1];
+  scattered_radiance(transport, l, centres + l * n_points + first, points + 2 * first, n, half_index, round, rounds,
+                     sum);
+  const float3 irradiance = lights[l].irradiance.xyz * colour.xyz;
+  for (uint k = 0; k < n; ++k) {
+    const real r = sum[k][MEDIUM_R], g = sum[k][MEDIUM_G], b = sum[k][MEDIUM_B];
+    __global float4* value = values + 2 * (first_value + first + k) + half_index;
+#if VW == 1
+    const float4 before = add ? value[0] : (float4)(0.0f);
+    value[0] = before + (float4)(irradiance * (float3)(r, g, b), 0.0f);
+#else
+    const float4 before_a = add ? value[0] : (float4)(0.0f), before_b = add ? value[1] : (float4)(0.0f);
+    value[0] =
+        before_a + (float4)(irradiance * (float3)(sum_of_half(r.lo), sum_of_half(g.lo), sum_of_half(b.lo)), 0.0f);
+    value[1] =
+        before_b + (float4)(irradiance * (float3)(sum_of_half(r.hi), sum_of_half(g.hi), sum_of_half(b.hi)), 0.0f);
+#endif
+  }
+}
+
+// Values of needed texels from each light's own sums, which begin `stride` texels after those of the light before, and
+// the lights' colours.
+__kernel void layers_colour(__global const uint* restrict n_needed, __global const float4* restrict sums,
+                            const uint stride, const uint n_lights, __constant float4* colours,
+                            __global float4* restrict values) {
   const uint i = (uint)get_global_id(0);
-  if (i >= n_points) return;
-  const float3 n = points[2 * i + 1].xyz,
-               film = film_coordinates(view, to_frame(view, points[2 * i].xyz - view.origin.xyz));
-  const float cosine = fabs(dot(n, view.back.xyz));
-  const int x = clamp((int)film.x, 0, (int)view.width - 1), y = clamp((int)film.y, 0, (int)view.height - 1);
-  const uint pixel = (uint)y * view.width + (uint)x;
-  const int empty = nearest[pixel] == NO_DEPTH;
-  const float front = empty ? 0.0f : as_float(~nearest[pixel]), back = empty ? FLT_MAX : as_float(~farthest[pixel]);
-  // Within the texel the surface itself rises by its slope; a quarter more forgives the neighbours' curvature.
-  const float rise = (0.25f + 0.7071f * sqrt(1.0f - fmin(cosine * cosine, 1.0f)) / fmax(cosine, 0.05f)) / view.scale;
-  quality[first + i] = film.z + rise >= front ? cosine : 0.0f;
-  quality[first + n_points + i] = film.z - rise <= back ? cosine : 0.0f;
+  if (i >= 2 * n_needed[0]) return;
+  float4 value = (float4)(0.0f);
+  for (uint l = 0; l < n_lights; ++l) value += colours[l] * sums[2 * l * stride + i];
+  values[i] = value;
 }

@@ -3,15 +3,12 @@
 // All lies in the light's own frame: x along the map's right, y along its down, z towards the light, in units of the
 // positions. A texel is a float4: height at the sample (UNLIT where nothing is), its slope along x and y, and the
 // shading normal, bent towards the light where it must be, as two signed 16-bit fractions x and y in the bits of w.
+#ifndef PARIAN_LIGHT_MAP_CL
+#define PARIAN_LIGHT_MAP_CL
+#include "surface.cl"
 
 #define UNLIT -8.0f
-#define MIN_COSINE_OF_REBUILD 0.1f  // steeper texels are not extrapolated farther than this slope
-#define CLOSE_ENOUGH 0.7f           // squared distance, as a part of the nearest found, that isn't worth a search
-
-static real3 to_frame_wide(View view, real3 v) {
-  return real3_make(real3_dot(v, uniform3(view.right)), real3_dot(v, uniform3(view.down)),
-                    real3_dot(v, uniform3(view.back)));
-}
+#define CLOSE_ENOUGH 0.7f  // squared distance, as a part of the nearest found, that isn't worth a search
 
 // VW texels to a work-item.
 __kernel void light_map_resolve(const View view, const Window window, __global const uint* restrict ids,
@@ -184,4 +181,6 @@ static void nearest_lit(float3 t, __constant Light* light, __global const float4
     y = 2 * y + ((uint)next.y >> 1);
   }
 }
+#endif
+
 #endif

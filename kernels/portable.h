@@ -193,18 +193,17 @@ typedef uint16 ureal;
 #if VW > 1
 #if VW == 4
 #define FOLD(m, op) ((m).lo op(m).hi)
-SHARED uint lanes_of(mask m) {
-  const int2 bits = FOLD(m & (int4)(1, 2, 4, 8), |);
+#define LANE_BITS (int4)(1, 2, 4, 8)
 #elif VW == 8
 #define FOLD(m, op) (((m).lo op(m).hi).lo op((m).lo op(m).hi).hi)
-SHARED uint lanes_of(mask m) {
-  const int2 bits = FOLD(m & (int8)(1, 2, 4, 8, 16, 32, 64, 128), |);
+#define LANE_BITS (int8)(1, 2, 4, 8, 16, 32, 64, 128)
 #else
 #define FOLD_(half, op) ((half.lo op half.hi).lo op(half.lo op half.hi).hi)
 #define FOLD(m, op) FOLD_(((m).lo op(m).hi), op)
-SHARED uint lanes_of(mask m) {
-  const int2 bits = FOLD((m & (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768)), |);
+#define LANE_BITS (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768)
 #endif
+SHARED uint lanes_of(mask m) {
+  const int2 bits = FOLD(m & LANE_BITS, |);
   return (uint)(bits.x | bits.y);
 }
 SHARED int mask_all(mask m) {
@@ -279,6 +278,12 @@ SHARED real3 real3_normalize(real3 a) { return real3_scale(a, real_rsqrt(real3_d
 SHARED real3 real3_select(mask m, real3 a, real3 b) {
   return real3_make(real_select(m, a.x, b.x), real_select(m, a.y, b.y), real_select(m, a.z, b.z));
 }
+
+#ifndef __cplusplus
+// Where results steer control flow they have to be the same in every pass and on every device, so that products and
+// sums are fused only where it is said.
+#pragma OPENCL FP_CONTRACT OFF
+#endif
 
 KERNEL_HEADER_END
 

@@ -3,9 +3,7 @@
 // Texels of all levels share one index space: level l of layer k begins at level_first[l] + k * size(l)^2. Each has a
 // geometry (n_g in the layer's frame, nearness q) and a slot: where its two values (halves A and B, RGB and coverage)
 // lie, or NO_SLOT if it is empty. Weights come from geometry only, so the filter is linear in the values.
-
-// Pixels along one side of a level; sizes halve upwards.
-static uint level_size(uint size, uint level) { return (size + (1u << level) - 1) >> level; }
+#include "surface.cl"
 
 __kernel void pyramids_level(__constant View* views, const uint layers, const uint level, __constant uint* level_first,
                              const uint n_points, __global float4* geometry, __global uint* slots,

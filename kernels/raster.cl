@@ -1,22 +1,8 @@
 // Triangles to visibility: set-up once per view, then nearest depth, then the lowest triangle id at that depth.
-// Used by passes 1, 2 and 4. SLOTS is the number of set-up records per triangle: 1, or 6 where clipping may happen.
-#include "raster.h"
-
-// A sum that all devices round alike: in dot() they may fuse, and add in any order.
-static float inner(float3 a, float3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-static float3 to_frame(View view, float3 v) {  // film right, film down, towards the viewer
-  return (float3)(inner(v, view.right.xyz), inner(v, view.down.xyz), inner(v, view.back.xyz));
-}
-
-// (film x, film y, nearness) of view coordinates.
-static float3 film_coordinates(View view, float3 c) {
-  if (view.near_distance > 0.0f) {
-    const float q = -1.0f / c.z;
-    return (float3)(view.centre_x + view.scale * c.x * q, view.centre_y + view.scale * c.y * q, q);
-  }
-  return (float3)(view.centre_x + view.scale * c.x, view.centre_y + view.scale * c.y, c.z + 2.0f);
-}
+// Used by passes 1, 2 and 4. RECORDS is the number of set-up records per triangle: 1, or 6 where clipping may happen.
+#ifndef PARIAN_RASTER_CL
+#define PARIAN_RASTER_CL
+#include "film.cl"
 
 // A corner on film: x and y in 1/256 pixels, and the bits of its nearness.
 static int4 film_corner(float3 film) {
@@ -57,7 +43,7 @@ static RasterTriangle raster_triangle(uint triangle, int4 corner_a, int4 corner_
   return t;
 }
 
-#if SLOTS > 1
+#if RECORDS > 1
 // Signed distance of a point in view coordinates to plane `k` of near plane and guard band; inside where >= 0.
 static float plane_distance(View view, uint k, float3 c) {
   const float depth = -c.z, guard = (float)GUARD_PIXELS / view.scale;
@@ -91,7 +77,7 @@ __kernel void raster_setup(const View view, __global const float4* restrict posi
   const float3 a = to_frame(view, positions[triangles[3 * i]].xyz - view.origin.xyz);
   const float3 b = to_frame(view, positions[triangles[3 * i + 1]].xyz - view.origin.xyz);
   const float3 c = to_frame(view, positions[triangles[3 * i + 2]].xyz - view.origin.xyz);
-#if SLOTS == 1
+#if RECORDS == 1
   records[i] = raster_triangle(i, film_corner(film_coordinates(view, a)), film_corner(film_coordinates(view, b)),
                                film_corner(film_coordinates(view, c)));
 #else
@@ -115,36 +101,16 @@ __kernel void raster_setup(const View view, __global const float4* restrict posi
     n = m;
     UNROLL for (uint v = 0; v < 8; ++v) polygon[v] = clipped[v];
   }
-  UNROLL for (uint s = 0; s < SLOTS; ++s) {
+  UNROLL for (uint s = 0; s < RECORDS; ++s) {
     RasterTriangle t;
     t.triangle = NO_TRIANGLE;
     if (s + 2 < n)
       t = raster_triangle(i, film_corner(film_coordinates(view, polygon[0])),
                           film_corner(film_coordinates(view, polygon[s + 1])),
                           film_corner(film_coordinates(view, polygon[s + 2])));
-    records[SLOTS * i + s] = t;
+    records[RECORDS * i + s] = t;
   }
 #endif
-}
-
-// Samples side by side, of pixels with 2^log_positions each: which of its pixel's positions is sample `first` + lane.
-SHARED ureal subpixels_at(Window window, uint first) {
-  return (first + SIDE_BY_SIDE) & ((1u << window.log_positions) - 1);
-}
-
-// Where in its pixel such a position is, in 1/256 pixels.
-SHARED void subpixel(Window w, ureal position, mask* x, mask* y) {
-  if (w.log_positions == 0) {
-    *x = (mask)(w.sample_x);
-    *y = (mask)(w.sample_y);
-    return;
-  }
-  const mask pair = convert_mask(position >> 1);
-  const ureal low = select((ureal)(w.subpixels[0]), (ureal)(w.subpixels[1]), pair == 1);
-  const ureal high = select((ureal)(w.subpixels[2]), (ureal)(w.subpixels[3]), pair == 3);
-  const ureal packed = select(low, high, pair >= 2) >> ((position & 1) * 16);
-  *x = convert_mask(packed & 255u);
-  *y = convert_mask((packed >> 8) & 255u);
 }
 
 // Draws every `step`-th row of the box from row `first` on, at subpixel position number `position`, (sample_x,
@@ -298,137 +264,4 @@ __kernel void raster_ids_large(const Window window, __global const uint* restric
   draw_large(records, i, items, window, open, depth, ids, n_large[0], large);
 }
 
-// The vertices of the mesh on an orthographic film.
-__kernel void raster_corners(const View view, __global const float4* restrict positions, const uint n_positions,
-                             __global int4* restrict corners) {
-  const uint i = (uint)get_global_id(0);
-  if (i < n_positions)
-    corners[i] = film_corner(film_coordinates(view, to_frame(view, positions[i].xyz - view.origin.xyz)));
-}
-
-// The nearest and the farthest surface on a small film, which an orthographic view and the opposite one see: many views
-// in a row, so that no record is kept, and triangles between pixels' centres, nearly all of a fine mesh, cost little.
-__kernel void raster_sight(const Window window, __global const int4* restrict corners,
-                           __global const uint* restrict triangles, const uint n_triangles, __global uint* nearest,
-                           __global uint* farthest) {
-  const uint i = (uint)get_global_id(0);
-  if (i >= n_triangles) return;
-  const int4 a = corners[triangles[3 * i]], b = corners[triangles[3 * i + 1]], c = corners[triangles[3 * i + 2]];
-  const PixelBox box = corners_box(a.x, a.y, b.x, b.y, c.x, c.y, window, window.sample_x, window.sample_x,
-                                   window.sample_y, window.sample_y);
-  if (box.x0 >= box.x1 || box.y0 >= box.y1) return;
-  const RasterTriangle t = raster_triangle(i, a, b, c);
-  if (t.triangle != NO_TRIANGLE) draw_rows(t, box, window, 0, 0, 0, 1, nearest, 0, farthest);
-}
-
-// Samples of a film side by side, from sample `first` on: where on it they lie.
-static void film_samples(Window window, uint first, real* px, real* py) {
-  const uint log_positions = window.log_positions, pixel = first >> log_positions;
-  const ureal after = ((first & ((1u << log_positions) - 1)) + SIDE_BY_SIDE) >> log_positions;
-  const real along = real_from_bits(pixel % window.width + after);  // the row, and on into those below
-  const real below = floor((along + 0.5f) / (float)window.width);
-  mask x, y;
-  subpixel(window, subpixels_at(window, first), &x, &y);
-  *px = along - below * (float)window.width + (float)window.x + convert_real(x) * (1.0f / SUBPIXELS);
-  *py = below + (float)(window.y + pixel / window.width) + convert_real(y) * (1.0f / SUBPIXELS);
-}
-
-// What hides at these samples, of `n` in all: nothing where they are `empty`, and then any triangle.
-static ureal triangles_at(__global const uint* ids, uint first, uint n, mask* empty) {
-#define ID(lane) (first + lane < n ? ids[first + lane] : NO_TRIANGLE)
-  const ureal id = (ureal)(OF_EACH(ID));
-#undef ID
-  *empty = id == NO_TRIANGLE;
-  return select(id, (ureal)(0u), *empty);
-}
-
-// The surface at samples of a view, side by side: the first hits, both normals turned to the viewer.
-typedef struct {
-  real3 x;    // inside the triangle, whatever rounding did
-  real3 n_g;  // geometric normal: facing, planes, depth
-  real3 n_s;  // shading normal: Fresnel and refraction
-} Surface;
-
-SHARED real3 three_at(__global const float4* array, ureal index) {
-#define READ_ELEMENT(k) array[INDEX(index, k)]
-  READ_XYZ(array, index, x, y, z)
-#undef READ_ELEMENT
-  return real3_make(x, y, z);
-}
-
-SHARED real3 corner_of(ureal id, uint corner, __global const float4* positions, __global const uint* triangles) {
-#define VERTEX(lane) triangles[3 * INDEX(id, lane) + corner]
-  const ureal vertex = (ureal)(OF_EACH(VERTEX));
-#undef VERTEX
-  return three_at(positions, vertex);
-}
-
-SHARED real3 normal_of(ureal id, uint corner, __global const float* normals) {
-#define COMPONENT_X(lane) normals[9 * INDEX(id, lane) + 3 * corner]
-#define COMPONENT_Y(lane) normals[9 * INDEX(id, lane) + 3 * corner + 1]
-#define COMPONENT_Z(lane) normals[9 * INDEX(id, lane) + 3 * corner + 2]
-  return real3_make((real)(OF_EACH(COMPONENT_X)), (real)(OF_EACH(COMPONENT_Y)), (real)(OF_EACH(COMPONENT_Z)));
-#undef COMPONENT_X
-#undef COMPONENT_Y
-#undef COMPONENT_Z
-}
-
-SHARED real3 uniform3(float4 v) { return real3_make(real_splat(v.x), real_splat(v.y), real_splat(v.z)); }
-
-// As in portable.h, but all devices round them alike: guides of samples need positions that are the same to the bit.
-SHARED real unfused_dot(real3 a, real3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-SHARED real3 unfused_cross(real3 a, real3 b) {
-  return real3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
-SHARED real3 unfused_madd(real3 a, real3 b, real s) { return real3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s); }
-
-// Through a pointer: of a returned struct clang makes what Oclgrind 21.10 can't run.
-SHARED void surface_at(View view, real px, real py, ureal id, __global const float4* positions,
-                       __global const uint* triangles, __global const float* normals, Surface* s) {
-  const real3 v0 = corner_of(id, 0, positions, triangles);
-  const real3 e1 = real3_sub(corner_of(id, 1, positions, triangles), v0);
-  const real3 e2 = real3_sub(corner_of(id, 2, positions, triangles), v0);
-  const float pixel = 1.0f / view.scale;
-  const real x = (px - view.centre_x) * pixel, y = (py - view.centre_y) * pixel;
-  real3 o = uniform3(view.origin), d = real3_scale(uniform3(view.back), real_splat(-1.0f));
-  const real3 lateral = unfused_madd(real3_scale(uniform3(view.right), x), uniform3(view.down), y);
-  if (view.near_distance > 0.0f)
-    d = unfused_madd(d, lateral, real_splat(1.0f));
-  else
-    o = unfused_madd(o, lateral, real_splat(1.0f));
-  // Ray against plane, as barycentric coordinates.
-  const real3 p = unfused_cross(d, e2), t = real3_sub(o, v0), q = unfused_cross(t, e1);
-  const real det = unfused_dot(e1, p), by_det = 1.0f / det;
-  real u = real_select(det != 0.0f, unfused_dot(t, p) * by_det, real_splat(1.0f / 3.0f));
-  real v = real_select(det != 0.0f, unfused_dot(d, q) * by_det, real_splat(1.0f / 3.0f));
-  u = real_min(real_max(u, real_splat(0.0f)), real_splat(1.0f));
-  v = real_min(real_max(v, real_splat(0.0f)), real_splat(1.0f));
-  const real by_excess = 1.0f / real_max(u + v, real_splat(1.0f));
-  u *= by_excess;
-  v *= by_excess;
-  s->x = unfused_madd(unfused_madd(v0, e1, u), e2, v);
-  const real3 n_0 = real3_scale(normal_of(id, 0, normals), 1.0f - u - v);
-  s->n_s = real3_normalize(real3_madd(real3_madd(n_0, normal_of(id, 1, normals), u), normal_of(id, 2, normals), v));
-  const real3 n_g = real3_cross(e1, e2);
-  const real area = real3_dot(n_g, n_g);
-  s->n_g = real3_select(area > TINY, real3_scale(n_g, real_rsqrt(area)), s->n_s);
-  const real turned = real_select(real3_dot(s->n_g, d) > 0.0f, real_splat(-1.0f), real_splat(1.0f));
-  s->n_g = real3_scale(s->n_g, turned);
-  s->n_s = real3_scale(s->n_s, turned);
-}
-
-// A single one of them.
-typedef struct {
-  float3 x, n_g, n_s;
-} Point;
-
-static Point point_at(View view, float px, float py, uint id, __global const float4* positions,
-                      __global const uint* triangles, __global const float* normals) {
-  Surface s;
-  surface_at(view, real_splat(px), real_splat(py), (ureal)(id), positions, triangles, normals, &s);
-  Point p;
-  p.x = (float3)(ELEMENT(s.x.x, 0), ELEMENT(s.x.y, 0), ELEMENT(s.x.z, 0));
-  p.n_g = (float3)(ELEMENT(s.n_g.x, 0), ELEMENT(s.n_g.y, 0), ELEMENT(s.n_g.z, 0));
-  p.n_s = (float3)(ELEMENT(s.n_s.x, 0), ELEMENT(s.n_s.y, 0), ELEMENT(s.n_s.z, 0));
-  return p;
-}
+#endif

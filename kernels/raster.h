@@ -3,10 +3,6 @@
 #define PARIAN_RASTER_H
 #include "types.h"
 
-#ifndef __cplusplus
-#pragma OPENCL FP_CONTRACT OFF  // depth steers control flow: the same bits in every pass and on every device
-#endif
-
 #define SUBPIXELS 256          // positions per pixel and axis: 8 bits
 #define SMALL_BOX 16           // triangles up to 16 x 16 samples are drawn by one work-item
 #define LARGE_BLOCKS 16u       // larger ones by 16, interleaved by rows

@@ -3,7 +3,11 @@
 // Build options: VW lanes, MODEL, ESTIMATOR (0 density around the nearest lit place, 1 exponential radii and 2 uniform
 // disc around the point's projection), MEDIA (distinct channels of the medium) and MEDIUM_R, _G, _B (the medium
 // of each colour, MEDIA where a colour has none).
+#ifndef PARIAN_SCATTERING_CL
+#define PARIAN_SCATTERING_CL
 #include "bssrdf.h"
+#include "guide.cl"
+#include "light_map.cl"
 #include "sampling.h"
 
 #define PI_F 3.14159265358979f
@@ -247,8 +251,8 @@ static uint guide_of(Transport transport, float4 centre, float4 normal) {
 #if ESTIMATOR == 0
   if (transport.first_guide == 0 || !(centre.z > guided_from(transport.density.h_min))) return NO_GUIDE;
   const uint guide = transport.first_guide + 2 * (as_uint(normal.w) & ~POINT_BITS) * GUIDE_SIZE;
-  const uint end_a = transport.guides[guide + END_OF_SLOTS];
-  const uint end_b = transport.guides[guide + GUIDE_SIZE + END_OF_SLOTS];
+  const uint end_a = transport.guides[guide + END_OF_STRIPS];
+  const uint end_b = transport.guides[guide + GUIDE_SIZE + END_OF_STRIPS];
   return end_a > 0 && end_b > 0 ? guide : NO_GUIDE;
 #else
   return NO_GUIDE;
@@ -312,50 +316,4 @@ static Transport make_transport(__constant Light* lights, __global const float4*
   return t;
 }
 
-// Some rounds of samples of one light for both halves of every point: values[2 (first_value + i) + half] sums them, RGB
-// times `colour`, and what was there before.
-__kernel void layers_accumulate(__global const uint* restrict n_needed, __global const float4* restrict points,
-                                __global const float4* restrict centres, const uint l, __constant Light* lights,
-                                __global const float4* restrict map, __constant Medium* media, const Boundary boundary,
-                                const Density density, __global const float2* restrict rho,
-                                __global const uint* restrict guides, const uint first_guide, const uint seed,
-                                const uint round, const uint rounds, const uint add, const float4 colour,
-                                const uint first_value, __global float4* restrict values) {
-  const uint item = (uint)get_global_id(0), n_points = n_needed[0];
-  const uint items = (n_points + POINTS_OF_ITEM - 1) / POINTS_OF_ITEM;
-  if (item >= 2 / HALVES_OF_ITEM * items) return;
-  const uint half_index = item >= items;  // one half's maps stay in the caches
-  const uint first = (item - half_index * items) * POINTS_OF_ITEM;
-  const uint n = POINTS_OF_ITEM == 1 ? 1 : min(n_points - first, POINTS_OF_ITEM);  // 1 known to the compiler
-  const Transport transport = make_transport(lights, map, media, boundary, density, rho, guides, first_guide, seed);
-  real sum[POINTS_OF_ITEM][MEDIA + 1];
-  scattered_radiance(transport, l, centres + l * n_points + first, points + 2 * first, n, half_index, round, rounds,
-                     sum);
-  const float3 irradiance = lights[l].irradiance.xyz * colour.xyz;
-  for (uint k = 0; k < n; ++k) {
-    const real r = sum[k][MEDIUM_R], g = sum[k][MEDIUM_G], b = sum[k][MEDIUM_B];
-    __global float4* value = values + 2 * (first_value + first + k) + half_index;
-#if VW == 1
-    const float4 before = add ? value[0] : (float4)(0.0f);
-    value[0] = before + (float4)(irradiance * (float3)(r, g, b), 0.0f);
-#else
-    const float4 before_a = add ? value[0] : (float4)(0.0f), before_b = add ? value[1] : (float4)(0.0f);
-    value[0] =
-        before_a + (float4)(irradiance * (float3)(sum_of_half(r.lo), sum_of_half(g.lo), sum_of_half(b.lo)), 0.0f);
-    value[1] =
-        before_b + (float4)(irradiance * (float3)(sum_of_half(r.hi), sum_of_half(g.hi), sum_of_half(b.hi)), 0.0f);
 #endif
-  }
-}
-
-// Values of needed texels from each light's own sums, which begin `stride` texels after those of the light before, and
-// the lights' colours.
-__kernel void layers_colour(__global const uint* restrict n_needed, __global const float4* restrict sums,
-                            const uint stride, const uint n_lights, __constant float4* colours,
-                            __global float4* restrict values) {
-  const uint i = (uint)get_global_id(0);
-  if (i >= 2 * n_needed[0]) return;
-  float4 value = (float4)(0.0f);
-  for (uint l = 0; l < n_lights; ++l) value += colours[l] * sums[2 * l * stride + i];
-  values[i] = value;
-}

@@ -1,7 +1,7 @@
-// What a device must get right before a render trusts it (host/src/self_test.cpp), and S_d of single pairs of points
-// for `parian check`. The functions judged are those that render.
+// The program that asks a device what it must get right before a render trusts it (host/render/self_test.cpp), and S_d
+// of single pairs of points for `parian check`. The functions judged are those that render.
 #include "bssrdf.h"
-#include "types.h"
+#include "raster.cl"
 
 #if VW == 1
 #define LOAD_REAL(p) (*(p))

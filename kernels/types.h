@@ -99,6 +99,9 @@ typedef struct {
   F(Medium, scale)            \
   F(Boundary, fluence) F(View, pad) F(Window, subpixels) F(RasterTriangle, triangle) F(Light, number) F(Density, pad1)
 
+// Of a layer's texel that has no values.
+#define NO_SLOT 0xffffffffu
+
 // Points that a work-item of pass 2 takes on a device with several lanes; with one lane it takes one half of one point.
 #define POINTS_SIDE_BY_SIDE 8u
 
@@ -109,18 +112,18 @@ typedef struct {
 #define REACH_SHIFT 21
 #define REACH_COUNTS (0x7f800000u >> REACH_SHIFT)
 
-// Guides of samples (guide.cl): texels along a side of a tile that shares one, and slots of a guide; cubes
+// Guides of samples (guide.cl): texels along a side of a tile that shares one, and strips of a guide; cubes
 // along a side of the curve through what is lit, and work-items that add up what these hold; ranges of a list, and
 // parts of a range; the numbers that a guide takes.
 #define GUIDE_TILE 16u
-#define GUIDE_SLOTS 1024u
+#define GUIDE_STRIPS 1024u
 #define GUIDE_SIDE 32u
 #define GUIDE_CUBES (GUIDE_SIDE * GUIDE_SIDE * GUIDE_SIDE)
 #define GUIDE_ITEMS 64u
 #define GUIDE_RANGES 256u
 #define PARTS_OF_RANGE 32u
 #define GUIDE_PARTS (GUIDE_RANGES * PARTS_OF_RANGE)
-#define GUIDE_SIZE (GUIDE_SLOTS + 2u + GUIDE_PARTS / 4u)
+#define GUIDE_SIZE (GUIDE_STRIPS + 2u + GUIDE_PARTS / 4u)
 
 // The self-test's work-items, and the smallest of the numbers that they offer to an atomic minimum.
 #define SELF_TEST_ITEMS 64

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "estimate.hpp"
+#include "core/words.hpp"
+#include "render/estimate.hpp"
 #include "test_render.hpp"
-#include "words.hpp"
 
 namespace parian {
 namespace {

@@ -3,10 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "kernels/bssrdf.h"
-#include "medium.hpp"
+#include "scene/medium.hpp"
 #include "test_device.hpp"
 
 namespace parian {
@@ -40,26 +41,32 @@ double transmittance(long double c, long double eta) {
   return static_cast<double>(1 - (s * s + p * p) / 2);
 }
 
-TEST(Boundary, AgreesWithTheTextbookFormAndKeepsItsPromises) {
-  // Normal +z turned about a slanted axis; light from every height, grazing and from behind too.
-  constexpr std::size_t count = 4096;
+constexpr std::size_t count = 4096;
+
+/// Three rows each of normals and directions: +z turned about a slanted axis, and light from every height, grazing and
+/// from behind too.
+std::array<std::vector<float>, 2> normals_and_directions() {
   const real3 normal = {2.0 / 7, 3.0 / 7, 6.0 / 7}, side = {6.0 / 7, 2.0 / 7, -3.0 / 7};
+  std::vector<float> n, w;
+  for (int axis = 0; axis < 3; ++axis)
+    for (std::size_t i = 0; i < count; ++i) {
+      const double c = std::copysign(std::pow(2.0 * double(i) / (count - 1) - 1, 4), double(i) - count / 2.0);
+      const real3 d = kernels::real3_madd(kernels::real3_scale(normal, c), side, std::sqrt(1 - c * c));
+      n.push_back(float(axis == 0 ? normal.x : axis == 1 ? normal.y : normal.z));
+      w.push_back(float(axis == 0 ? d.x : axis == 1 ? d.y : d.z));
+    }
+  return {n, w};
+}
+
+TEST(Boundary, AgreesWithTheTextbookFormAndKeepsItsPromises) {
+  const auto [n, w] = normals_and_directions();
   TestDevice device;
   double worst_T = 0, worst_w = 0, worst_exact_T = 0, worst_length = 0, worst_cosine = 0;
   for (const double eta : {0.6, 0.9, 0.999999, 1.0, 1.000001, 1.0001, 1.3, 1.5, 2.4, 10.0}) {
-    std::vector<float> n, w;
-    std::vector<double> cosines;
-    for (int axis = 0; axis < 3; ++axis)
-      for (std::size_t i = 0; i < count; ++i) {
-        const double c = std::copysign(std::pow(2.0 * double(i) / (count - 1) - 1, 4), double(i) - count / 2.0);
-        const real3 d = kernels::real3_madd(kernels::real3_scale(normal, c), side, std::sqrt(1 - c * c));
-        n.push_back(float(axis == 0 ? normal.x : axis == 1 ? normal.y : normal.z));
-        w.push_back(float(axis == 0 ? d.x : axis == 1 ? d.y : d.z));
-      }
     for (const int width : {1, 8}) {
-      const std::vector<float> out =
-          device.run(boundary_kernel, fmt::format("-DVW={}", width), "at_boundary", count / width, 7 * count,
-                     {device.buffer(std::vector{boundary(eta)}), device.buffer(n), device.buffer(w)});
+      const std::vector<float> out = device.run(
+          boundary_kernel, fmt::format("-DVW={}", width), "at_boundary", count / width, 7 * count,
+          {device.buffer(std::vector{device_boundary(exact_boundary(eta))}), device.buffer(n), device.buffer(w)});
       const auto row = [&](const std::vector<float>& v, std::size_t first, std::size_t i) {
         return real3{v[first * count + i], v[(first + 1) * count + i], v[(first + 2) * count + i]};
       };

@@ -5,9 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include "render/self_test.hpp"
 #include "source_file.hpp"
 #include "test_scene.hpp"
-#include "vectors.hpp"
+#include "truth/vectors.hpp"
 
 namespace parian {
 namespace {
@@ -56,11 +57,7 @@ TEST(Bssrdf, DoubleFormAgreesWithTheVectorFile) {
 class BssrdfOnDevice : public testing::TestWithParam<std::tuple<Model, int>> {
  protected:
   BssrdfOnDevice() {
-    Settings settings;
-    settings.model = model_;
-    Plan plan = make_plan(scene_of(icosphere(1)), settings, opened().info());
-    set_option(plan.options, "VW", width_);
-    compute_ = built(plan.options);
+    compute_ = built(self_test_options(model_, static_cast<std::uint32_t>(width_)), test_selector(), self_test_sources);
   }
   std::vector<float> evaluate(const std::vector<VectorCase>& cases) {
     return device_bssrdf(*compute_, cases, model_, static_cast<std::uint32_t>(width_));

@@ -1,5 +1,5 @@
 // Work in a process of its own: what it tells arrives, and neither a crash nor a hang reaches this one.
-#include "child_process.hpp"
+#include "truth/child_process.hpp"
 
 #include <gtest/gtest.h>
 #include <poll.h>

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "image_file.hpp"
+#include "io/image_file.hpp"
 #include "test_command.hpp"
 
 namespace parian {

@@ -46,7 +46,7 @@ TEST_F(CliTest, BadUsageIs2) {
   expect_error(render + "--disc-radius 2", 2, "estimator");
   expect_error(render + "--exposure bright", 2, "auto");
   expect_error(render + "--size-mm 0", 2, "--size-mm");
-  expect_error(render + "--fov 180", 2, "from 0.01 to 179");
+  expect_error(render + "--fov 180", 2, "above 0 and below 180");
   for (const char* value : {"12", "12x", "0x5", "x", "16385x1", "-1x5", "1x1x1", "1.5x2"}) {
     expect_error(render + "--size " + value, 2, "WxH");
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 
+#include "passes/raster.hpp"
 #include "test_scene.hpp"
 
 namespace parian::test {

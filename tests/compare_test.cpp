@@ -1,11 +1,11 @@
 // Measures of error against numbers worked out by hand, and what is refused.
-#include "compare.hpp"
+#include "truth/compare.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "error.hpp"
+#include "core/error.hpp"
 
 namespace parian {
 namespace {
@@ -81,6 +81,28 @@ TEST(CompareTest, VariancesAreSubtracted) {
   EXPECT_EQ(c.relmse, 0.0);
   EXPECT_EQ(c.rmse, 0.0);
   EXPECT_NEAR(c.reference_relmse, 0.0025 / norm, rounding);
+}
+
+TEST(CompareTest, ErrorsCanBeRelativeToAnotherPicture) {
+  Image limit = row({1.0F, 1.0F, 1.0F}), scale = row({2.0F, 2.0F, 9.0F});
+  limit.standard_error.assign(9, 0.05F);
+  scale.rgba[11] = 0.5F;  // not of M
+  const Comparison c = compare(row({1.1F, 1.1F, 7.0F}), limit, scale);
+  const double norm = 4.0004;
+  EXPECT_EQ(c.pixels, 2U);
+  EXPECT_NEAR(c.relmse, 0.0075 / norm, rounding);
+  EXPECT_NEAR(c.reference_relmse, 0.0025 / norm, rounding);
+  EXPECT_NEAR(c.rmse, std::sqrt(0.0075), rounding);
+}
+
+TEST(CompareTest, PixelsTellTheirPart) {
+  Image picture = row({1.1F, 2.7F, 5.0F});
+  picture.rgba[11] = 0.5F;
+  const std::vector<double> errors = pixel_errors(picture, row({1.0F, 3.0F, 1.0F}));
+  ASSERT_EQ(errors.size(), 3U);
+  EXPECT_NEAR(errors[0], 0.01 / 1.0004, rounding);
+  EXPECT_NEAR(errors[1], 0.09 / 9.0004, rounding);
+  EXPECT_LT(errors[2], 0.0) << "not covered fully";
 }
 
 TEST(CompareTest, TheWorstPercentIsLeftOut) {

@@ -6,9 +6,11 @@
 #include <sstream>
 
 #include "evaluation_kernels.hpp"
+#include "passes/pyramids.hpp"
+#include "passes/raster.hpp"
+#include "passes/visibility.hpp"
 #include "test_lit.hpp"
 #include "test_render.hpp"
-#include "visibility.hpp"
 
 namespace parian::test {
 namespace {
@@ -169,7 +171,7 @@ TEST(Drivers, MakeTheSameGuides) {
     }
     std::vector<cl_uint> guides;
     for (std::size_t i = 0; i < b.guides.size(); i += GUIDE_SIZE)
-      if (b.guides[i + GUIDE_SLOTS] != 0) guides.insert(guides.end(), &b.guides[i], &b.guides[i] + GUIDE_SIZE);
+      if (b.guides[i + GUIDE_STRIPS] != 0) guides.insert(guides.end(), &b.guides[i], &b.guides[i] + GUIDE_SIZE);
     if (first.empty()) first = guides, first_lit = lit;
     ASSERT_GT(guides.size(), 8 * GUIDE_SIZE);
     ASSERT_EQ(guides.size(), first.size()) << way.name();

@@ -1,6 +1,6 @@
 // The estimated error: its formula on made-up halves, and whole renders against references of a hundred times the
 // samples.
-#include "estimate.hpp"
+#include "render/estimate.hpp"
 
 #include <algorithm>
 #include <random>

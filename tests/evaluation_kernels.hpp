@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "compute.hpp"
-#include "medium.hpp"
+#include "core/compute.hpp"
+#include "scene/medium.hpp"
 #include "source_file.hpp"
 #include "test_device.hpp"
 
@@ -106,8 +106,8 @@ class EvaluationKernel {
     if (plain_)
       compute_.launch("plain_dipole", n, Stage::plan, n, samples, stride, all, media_, eta, samples_, points_, sums_);
     else
-      compute_.launch("library_dipole", n, Stage::plan, n, samples, stride, all, media_, boundary(eta), samples_,
-                      points_, sums_);
+      compute_.launch("library_dipole", n, Stage::plan, n, samples, stride, all, media_,
+                      device_boundary(exact_boundary(eta)), samples_, points_, sums_);
     compute_.finish();
     seconds += kernel_seconds() - before;
     return compute_.read<float>(sums_, std::size_t{3} * n);

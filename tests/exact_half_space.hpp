@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "half_space.hpp"
+#include "truth/half_space.hpp"
 
 namespace parian::test {
 

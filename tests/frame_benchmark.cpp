@@ -28,21 +28,30 @@ double sum(const parian_seconds& s) {
   return s.plan + s.compile + s.light_map + s.layers + s.pyramids + s.gather + s.bias + s.read;
 }
 
-void measure(bool moving) {
-  const cl::Device device = parian::test_device();
-  const cl::Context context(device);
-  const cl::CommandQueue queue(context, device, CL_QUEUE_PROFILING_ENABLE);
+struct Triangles {
   std::vector<float> positions;
   std::vector<std::uint32_t> indices;
+};
+
+Triangles torus() {
+  Triangles t;
   for (std::uint32_t i = 0; i < around; ++i)
     for (std::uint32_t j = 0; j < across; ++j) {
       const double u = 6.283185307179586 * i / around, v = 6.283185307179586 * j / across, ring = 36 + 14 * std::cos(v);
       for (const double x : {ring * std::cos(u), 14 * std::sin(v), ring * std::sin(u)})
-        positions.push_back(static_cast<float>(x));
+        t.positions.push_back(static_cast<float>(x));
       const auto at = [](std::uint32_t k, std::uint32_t l) { return k % around * across + l % across; };
       for (const std::uint32_t c : {at(i, j), at(i, j + 1), at(i + 1, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)})
-        indices.push_back(c);
+        t.indices.push_back(c);
     }
+  return t;
+}
+
+void measure(bool moving) {
+  const cl::Device device = parian::test_device();
+  const cl::Context context(device);
+  const cl::CommandQueue queue(context, device, CL_QUEUE_PROFILING_ENABLE);
+  auto [positions, indices] = torus();
   const cl::Buffer vertices(context, positions.begin(), positions.end(), true),
       triangles(context, indices.begin(), indices.end(), true),
       pixels(context, CL_MEM_READ_WRITE, std::size_t{16} * width * height);

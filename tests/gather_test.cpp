@@ -4,7 +4,11 @@
 #include <algorithm>
 #include <set>
 
+#include "exact_look_up.hpp"
 #include "kernels/sampling.h"
+#include "passes/pyramids.hpp"
+#include "passes/raster.hpp"
+#include "passes/visibility.hpp"
 #include "test_scene.hpp"
 
 namespace parian::test {
@@ -13,7 +17,6 @@ namespace {
 using kernels::float4;
 using kernels::Window;
 
-constexpr cl_uint no_slot = 0xffffffffU;
 /// Of the film, of the tiles of it, and of layers: the same shapes in half the size where kernels are interpreted.
 glm::uvec2 film_size() { return fitted(glm::uvec2(72, 60), glm::uvec2(36, 30)); }
 std::size_t film_pixels() { return std::size_t{film_size().x} * film_size().y; }
@@ -94,70 +97,26 @@ struct FilmBench : Bench {
 
 float value_of(cl_uint texel) { return static_cast<float>(kernels::hash(texel) >> 8) * 0x1p-23F; }
 
-/// All levels of the layers as the device has them.
-struct Stored {
-  explicit Stored(Bench& b) : k(b.passes.layers) {
-    geometry = b.compute.read<float4>(k.geometry, k.level_first.back());
-    slots = b.compute.read<cl_uint>(k.slots, k.level_first.back());
-    values = b.compute.read<float4>(k.values, 2 * (k.n_points + k.level_first.back() - k.level_first[1]));
-  }
-  const Layers& k;
-  std::vector<float4> geometry, values;
-  std::vector<cl_uint> slots;
-};
-
-struct Lookup {
-  glm::dvec3 a{}, b{};
-  double weight = 0, weight_error = 0;  // what float32 may change of the weights
-  bool doubtful = false;                // a test is so close that rounding decides
-  bool oblique = false;
-};
-
-/// Bilinear weight x (cos^2 - least) over the four texels around a point in each layer whose cos^2 is above `least`,
-/// where texel and point lie within half a texel of each other's planes and their normals within 60 degrees.
-Lookup look_up(const Stored& s, cl_uint level, glm::dvec3 x, glm::dvec3 n, double least) {
-  Lookup sum;
-  for (cl_uint layer = 0; layer < s.k.count(); ++layer) {
-    const ExactView view(s.k.views[layer]);
-    const glm::dvec3 n_p = view.frame(n), f = view.film(x);
-    const double facing = n_p.z > 0 ? n_p.z * n_p.z - least : 0;
-    if (facing <= 0) continue;
-    const int side = 1 << level, extent = (int(s.k.views[0].width) + side - 1) / side;
-    const double size = side / double{view.view.scale}, u = f.x / side - 0.5, v = f.y / side - 0.5;
-    for (int c = 0; c < 4; ++c) {
-      const int column = int(std::floor(u)) + c % 2, row = int(std::floor(v)) + c / 2;
-      if (column < 0 || row < 0 || column >= extent || row >= extent) continue;
-      const std::size_t t = s.k.level_first[level] + (layer * extent + row) * std::size_t(extent) + column;
-      const cl_uint slot = s.slots[t];
-      if (slot == no_slot) continue;
-      const glm::dvec3 n_t = exact(s.geometry[t]);
-      const glm::dvec3 away((column - u) * size, (row - v) * size, s.geometry[t].w - f.z);
-      const double off = std::max(std::fabs(glm::dot(away, n_p)), std::fabs(glm::dot(away, n_t))) / (0.5 * size);
-      const double alike = glm::dot(n_t, n_p), bilinear = (1 - std::fabs(column - u)) * (1 - std::fabs(row - v));
-      sum.doubtful |= std::fabs(off - 1) < 3e-4 || std::fabs(alike - 0.5) < 1e-5;
-      if (off > 1 || alike <= 0.5) continue;
-      // Film coordinates of up to 64 texels round to 4e-6 texels, four times; the normal has 1e-6.
-      sum.weight += bilinear * facing, sum.weight_error += 1.6e-5 * facing + 2e-6 * bilinear;
-      sum.a += bilinear * facing * exact(s.values[2 * slot]);
-      sum.b += bilinear * facing * exact(s.values[2 * slot + 1]);
-    }
-  }
-  sum.doubtful |= std::fabs(sum.weight - 1e-3) <= 2 * sum.weight_error;
-  return sum;
-}
-
-/// Layers with cos^2 below 0.2 are asked, down to 0.0025, only where the others' weights come to less than 1e-3.
-Lookup look_up(const Stored& s, cl_uint level, glm::dvec3 x, glm::dvec3 n) {
-  Lookup sum = look_up(s, level, x, n, 0.2);
-  if (sum.doubtful || sum.weight >= 1e-3) return sum;
-  sum = look_up(s, level, x, n, 0.0025);
-  sum.oblique = true;
-  return sum;
-}
-
 /// How many points took which way.
 struct Ways {
   std::size_t oblique = 0, finer = 0, unseen = 0;
+};
+
+/// How far films were from the look-up.
+struct FilmCheck {
+  Worst worst;
+  std::size_t compared = 0, skipped = 0;
+  Ways ways;
+
+  /// Of so many points in all.
+  void judge(std::size_t points, const std::string& what) const {
+    fmt::print(
+        "{}: {} compared, {} skipped, {} oblique, {} by a finer level, {} unseen; worst {:.2f} of tolerance ({})\n",
+        what, compared, skipped, ways.oblique, ways.finer, ways.unseen, worst.value, worst.where);
+    EXPECT_GT(compared, points / 8);
+    EXPECT_LT(skipped, (compared + ways.unseen) / 8);
+    EXPECT_LE(worst.value, 1) << worst.where;
+  }
 };
 
 /// Compares a window's film with the look-up, and adds to `sum` which ways its points took.
@@ -169,9 +128,8 @@ void check_film(FilmBench& b, const Window& w, const std::vector<cl_uint>& level
   const std::set<cl_uint> direct(b.direct.begin(), b.direct.end());
   EXPECT_EQ(direct.size(), b.direct.size()) << "pixels that are listed twice";
   const std::size_t pixels = b.ids.size();
-  Worst worst;
-  std::size_t compared = 0, skipped = 0;
-  Ways ways;
+  FilmCheck check;
+  auto& [worst, compared, skipped, ways] = check;
   for (std::size_t i = 0; i < pixels; ++i) {
     const float covered = b.ids[i] == no_slot ? 0.0F : 1.0F;
     for (std::size_t set = 0; set < levels.size(); ++set) ASSERT_EQ(sums[2 * (set * pixels + i)].w, covered) << i;
@@ -193,11 +151,10 @@ void check_film(FilmBench& b, const Window& w, const std::vector<cl_uint>& level
     EXPECT_EQ(direct.contains(cl_uint(i)), finest.weight < 1e-3) << what << " pixel " << i;
     if (finest.weight < 1e-3) {  // every set gets the same from gather_direct
       ways.unseen += levels.size();
-      for (std::size_t set = 0; set < levels.size(); ++set)
-        for (const std::size_t half : {0, 1}) {
-          const glm::dvec3 v = exact(sums[2 * (set * pixels + i) + half]);
-          EXPECT_TRUE(v == exact(sums[2 * i + half]) && glm::length(v) > 0) << what << " pixel " << i;
-        }
+      for (std::size_t value = 0; value < 2 * levels.size(); ++value) {
+        const glm::dvec3 v = exact(sums[2 * (value / 2 * pixels + i) + value % 2]);
+        EXPECT_TRUE(v == exact(sums[2 * i + value % 2]) && glm::length(v) > 0) << what << " pixel " << i;
+      }
       continue;
     }
     for (std::size_t set = 0; set < levels.size(); ++set) {
@@ -219,12 +176,7 @@ void check_film(FilmBench& b, const Window& w, const std::vector<cl_uint>& level
                 [&] { return fmt::format("{} level {} pixel {} {}", what, levels[set], i, hex(h.x)); });
     }
   }
-  fmt::print(
-      "{}: {} compared, {} skipped, {} oblique, {} by a finer level, {} unseen; worst {:.2f} of tolerance ({})\n", what,
-      compared, skipped, ways.oblique, ways.finer, ways.unseen, worst.value, worst.where);
-  EXPECT_GT(compared, pixels * levels.size() / 8);
-  EXPECT_LT(skipped, (compared + ways.unseen) / 8);
-  EXPECT_LE(worst.value, 1) << worst.where;
+  check.judge(pixels * levels.size(), what);
   if (sum) sum->oblique += ways.oblique, sum->finer += ways.finer, sum->unseen += ways.unseen;
 }
 

@@ -1,4 +1,4 @@
-// Guides of samples: the curve, lists of what is lit along it, slots that give about as much light each, and room.
+// Guides of samples: the curve, lists of what is lit along it, strips that give about as much light each, and room.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -72,7 +72,7 @@ TEST_P(GuidesOf, ListWhatIsLitAlongACurve) {
   }
 }
 
-TEST_P(GuidesOf, SlotsGiveAboutAsMuchLightEach) {
+TEST_P(GuidesOf, StripsGiveAboutAsMuchLightEach) {
   const LitBench& b = lit_bench();
   const LightMaps& maps = b.passes.light_maps;
   std::vector<double> variances;
@@ -108,15 +108,15 @@ TEST_P(GuidesOf, SlotsGiveAboutAsMuchLightEach) {
       // How much larger the variance of a sum over the guide's samples is than with the best density, relatively: the
       // mean of (what a texel gives / its density)^2.
       double squares = 0, total = 0;
-      for (std::size_t s = 0; s < guide.slots(); ++s) {
+      for (std::size_t s = 0; s < guide.strips(); ++s) {
         ASSERT_LT(guide.begins()[s], guide.begins()[s + 1]);
         const double begin = guide.begins()[s] / guide.unit(), end = guide.begins()[s + 1] / guide.unit();
         for (auto i = std::size_t(begin); double(i) < end; ++i) {
           const double share = std::min(double(i + 1), end) - std::max(double(i), begin);
-          const double density = 1 / (double(guide.slots()) * (end - begin));
+          const double density = 1 / (double(guide.strips()) * (end - begin));
           squares += share * gives[i] * gives[i] / (all * all) / density;
           total += share * guide.density(i);
-          ASSERT_NEAR(guide.density(i) / density, 1, 0.13) << "slot " << s << " texel " << i;
+          ASSERT_NEAR(guide.density(i) / density, 1, 0.13) << "strip " << s << " texel " << i;
         }
       }
       ASSERT_NEAR(total, 1, 0.13);  // three bits of each density
@@ -129,7 +129,7 @@ TEST_P(GuidesOf, SlotsGiveAboutAsMuchLightEach) {
              variances.size(), median, variances.back());
   // Shares are rounded to steps of a third or a half, and dense media change within a part.
   EXPECT_LT(median, GetParam().first == std::string("dense") ? 0.3 : 0.12);
-  EXPECT_LT(variances.back(), 3);  // no bright place shares a slot with a long dark one
+  EXPECT_LT(variances.back(), 3);  // no bright place shares a strip with a long dark one
 }
 
 INSTANTIATE_TEST_SUITE_P(Media, GuidesOf,

@@ -1,5 +1,5 @@
 // Albedos of half-spaces: the random walk against exact solutions, the dipoles against closed forms and known figures.
-#include "half_space.hpp"
+#include "truth/half_space.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "error.hpp"
+#include "core/error.hpp"
 #include "exact_half_space.hpp"
 #include "kernels/bssrdf.h"
 #include "test_scene.hpp"

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <span>
 
+#include "exact_samples.hpp"
 #include "kernels/sampling.h"
 #include "test_lit.hpp"
 
@@ -12,151 +13,6 @@ namespace parian::test {
 namespace {
 
 using kernels::float4;
-
-/// A sample's distance from its centre and its weight, with what float32 may change of them.
-struct Radius {
-  double r, weight;
-  double r_error, weight_error;  // of r, and of the weight relative to it
-  bool maybe_outside = false;    // whether it counts at all is up to rounding
-};
-
-constexpr double half_ulp = 0x1p-24;
-
-/// Radial density around the nearest lit place (0), exponential radii (1), uniform disc (2).
-Radius radius_of(const DensityTable& table, int estimator, const float4& centre, double t) {
-  const kernels::Density& d = table.parameters;
-  if (estimator == 2)
-    return {d.radius * std::sqrt(t), std::numbers::pi * d.radius * d.radius, 4 * half_ulp * d.radius, 4 * half_ulp};
-  if (estimator == 1) {
-    const double reach = -std::expm1(-double{d.sigma} * d.radius), decay = 1 - (1 - t) * reach;
-    const double r = -std::log(decay) / d.sigma,
-                 r_error = (3 * half_ulp / decay + 3 * half_ulp * r * d.sigma) / d.sigma;
-    return {r, 2 * std::numbers::pi * r * reach / (d.sigma * decay), r_error,
-            r_error / std::max(r, r_error) + 4 * half_ulp / decay + 3 * half_ulp / reach};
-  }
-  // G(rho) = t G(h), r^2 = rho^2 - h^2; rho is linear in log G between entries.
-  const double log_t = std::log(t), position = (log_t + centre.w - d.log_G_min) * d.inverse_step;
-  const double position_error =
-      4 * half_ulp * (std::fabs(log_t) + std::fabs(centre.w) + std::fabs(d.log_G_min)) * d.inverse_step + 1e-4;
-  const auto cell = std::size_t(std::clamp(std::floor(position), 0.0, d.entries - 2.0));
-  const auto fall = [&](std::size_t c) { return double{table.rho[c][0]} - table.rho[c + 1][0]; };
-  const double rho = table.rho[cell][0] - fall(cell) * (position - double(cell));
-  const double rho_error = fall(cell) * position_error + 4 * half_ulp * rho;
-  const double r2 = std::max(rho * rho - double{centre.z} * centre.z, 0.0), r2_error = 2 * rho * rho_error;
-  Radius s{std::sqrt(r2), 0, std::sqrt(r2 + r2_error) - std::sqrt(std::max(r2 - r2_error, 0.0)), 0};
-  s.weight = position < 0 ? 0 : 2 * std::numbers::pi * d.inverse_step * fall(cell) * rho / t;
-  s.weight_error = rho_error / rho + 6 * half_ulp;
-  s.maybe_outside = std::fabs(position) < position_error;
-  for (const double side : {-1.0, 1.0}) {  // the slope changes from entry to entry
-    const auto other = std::size_t(std::clamp(std::floor(position + side * position_error), 0.0, d.entries - 2.0));
-    s.weight_error += std::fabs(fall(other) / fall(cell) - 1);
-  }
-  return s;
-}
-
-struct Replay {
-  glm::dvec3 sum{}, allowed{}, absolute{};
-  int guided = 0;  // samples that a guide placed and that count
-};
-
-/// Adds one light's samples of one round, in double, and what rounding may change of them: the sample's place, by the
-/// change of S_d there; the texel it falls in and the side of the tangent plane, where either is as good.
-void replay(const LitBench& b, int estimator, std::size_t point, std::uint32_t half, std::uint32_t round, std::size_t l,
-            Replay& result) {
-  const LightMaps& maps = b.passes.light_maps;
-  const kernels::Light& light = maps.lights[l];
-  const ExactView view(light.view);
-  const float4 x = b.at[2 * point], centre = b.centres[l * b.n + point];
-  const glm::dvec3 p = view.frame(exact(x) - view.origin), n_o = view.frame(exact(b.at[2 * point + 1]));
-  const std::uint32_t number = std::bit_cast<std::uint32_t>(x.w) ^ 0x40000000U;
-  const std::uint32_t scramble = kernels::hash_combine(
-      kernels::hash_combine(estimator == 0 ? number / 9 : number, b.passes.seed), std::uint32_t(2 * l) + half);
-  const std::uint32_t of_class = estimator == 0 ? number % 9 : 0;
-  const std::uint32_t hash_u = kernels::hash(scramble), shift_u = hash_u + of_class * CLASS_STEP_U,
-                      shift_v = kernels::hash(scramble ^ 0x68bc21ebU) + of_class * CLASS_STEP_V;
-  const double scale = light.view.scale;
-  const kernels::Density& density = b.plan.density.parameters;
-  const Guide of_tile(b, l, half, std::bit_cast<std::uint32_t>(b.at[2 * point + 1].w) ^ 0x40000000U);
-  const Guide* guide = of_tile && centre.z > 3 * density.h_min ? &of_tile : nullptr;
-  for (std::uint32_t j = round * light.samples; j < (round + 1) * light.samples; ++j) {
-    const bool guided = guide && ((j ^ hash_u) & 1) == 0;  // every other sample
-    const std::uint32_t k = guide ? j / 2 : j, other = guided ? 0x3c6ef372U : 0U;
-    std::uint32_t u = k * R2_STEP_U + shift_u, w = k * R2_STEP_V + shift_v;
-    if (estimator == 0) {
-      std::uint32_t reversed = 0;
-      for (int bit = 0; bit < 32; ++bit) reversed |= (k >> bit & 1) << (31 - bit);
-      u = reversed + shift_u + other, w = reversed * LATTICE_V + shift_v + other;
-      u = 2 * std::min(u, ~u);  // folded
-    }
-    const float t = (static_cast<float>(u >> 8) + 0.5F) * 0x1p-24F;
-    const double v = double(w >> 8) * 0x1p-24, turn = 2 * std::numbers::pi * v;
-    const Radius radius = radius_of(b.plan.density, estimator, centre, t);
-    const glm::dvec2 axis(light.view.centre_x, light.view.centre_y), middle(centre.x, centre.y);
-    const glm::dvec2 outwards(std::cos(turn), std::sin(turn));
-    const std::uint32_t chosen = guided ? guide->place(t) : 0;
-    const glm::dvec2 sample(light.sample_x[half], light.sample_y[half]);
-    const glm::dvec2 at =
-        guided ? (guide->film(chosen, v) + sample - 0.5 - axis) / scale : middle + radius.r * outwards;
-    /// The inverse density of a sample in a texel; of two samplers, by the balance heuristic.
-    const auto weight = [&](glm::dvec2 place, std::size_t texel) {
-      if (!guide) return radius.weight;
-      const std::size_t rank = guided ? std::size_t(chosen / guide->unit()) : guide->ranks()[texel];
-      const double rho2 = glm::dot(place - middle, place - middle) + double{centre.z} * centre.z;
-      const double radial =
-          std::exp(-std::min(density.sigma * std::sqrt(rho2) + centre.w + double{1.6556F}, 80.0)) / rho2;
-      const double of_guide = guide->density(rank) * scale * scale, both = radial + of_guide;
-      if (!guided) return 2 * radius.weight * radial / both;
-      const double length = guide->length(guide->slot_of(t)) / guide->unit();
-      return 2 * of_guide / both * length * double(guide->slots()) / (scale * scale);
-    };
-    const auto response = [&](glm::dvec2 place, glm::dvec2 texel_move, glm::dvec3 move, double n_turn,
-                              double n_z2_move = 0) {
-      const glm::dvec2 film = place * scale + axis;
-      const glm::dvec2 texel = glm::floor(film - sample + 0.5 + texel_move);
-      if (texel.x < 0 || texel.y < 0 || texel.x >= light.view.width || texel.y >= light.view.height) return PerMedium{};
-      const auto index = std::size_t(texel.y) * light.view.width + std::size_t(texel.x);
-      MapTexel data(b.map[light.map + half * maps.size * maps.size + index]);
-      data.n.z = std::sqrt(std::max(data.n.z * data.n.z + n_z2_move, 1e-4));
-      PerMedium f = texel_response(b.plan, light, data, texel + sample, film, p + move, n_o, n_turn);
-      for (double& value : f) value *= weight(place, index);
-      return f;
-    };
-    const PerMedium f = response(at, {}, {}, 0);
-    const double at_error = guided ? 8 * half_ulp : radius.r_error;
-    const double film_error = at_error * scale + 4 * half_ulp * maps.size;
-    std::vector<PerMedium> others;
-    for (const double side : {-1.0, 1.0}) {
-      if (guided) {
-        others.push_back(response(at + glm::dvec2(side * at_error, 0), {}, {}, 0));
-        others.push_back(response(at + glm::dvec2(0, side * at_error), {}, {}, 0));
-      } else {
-        others.push_back(response(middle + std::max(radius.r + side * at_error, 0.0) * outwards, {}, {}, 0));
-      }
-    }
-    for (int axis_of_move = 0; axis_of_move < 3; ++axis_of_move) {
-      glm::dvec3 move{};
-      move[axis_of_move] = 6 * half_ulp;  // coordinates up to 1, rounded through frame, film and plane
-      others.push_back(response(at, {}, move, 0));
-    }
-    for (const double side : {-1.0, 1.0}) {
-      others.push_back(response(at, {side * film_error, 0}, {}, 0));
-      others.push_back(response(at, {0, side * film_error}, {}, 0));
-      others.push_back(response(at, {}, {}, side * 4 * half_ulp));
-      others.push_back(response(at, {}, {}, 0, side * 5 * half_ulp));  // n_i's z^2 is 1 minus squares
-    }
-    for (int c = 0; c < 3; ++c) {
-      const std::size_t m = b.plan.medium_of[c];
-      const double colour = b.plan.unit_lights ? double{float(b.plan.lights[l].light.irradiance[c])} : 1.0;
-      const double e = exact(light.irradiance)[c] * colour, value = e * f[m];
-      result.sum[c] += value;
-      result.absolute[c] += std::fabs(value);
-      for (const PerMedium& o : others) result.allowed[c] += e * std::fabs(o[m] - f[m]);
-      const double radius_error = guided ? 0 : radius.maybe_outside ? 1 : radius.weight_error;
-      result.allowed[c] += (radius_error + (guide ? 1e-5 : 0)) * std::fabs(value);
-    }
-    result.guided += guided && f[b.plan.medium_of[0]] > 0;
-  }
-}
 
 struct Case {
   const char* name;
@@ -180,7 +36,7 @@ TEST_P(LayersReplay, SameSamplesInDouble) {
     p.unit_lights = c.unit_lights;
   });
   b.passes.seed = 12345;
-  if (c.unit_lights) b.plan.lights[0].light.irradiance = {0, 7.3, 1e5};
+  if (c.unit_lights) b.passes.light_maps.given[0].irradiance = {0, 7.3, 1e5};
   constexpr std::uint32_t rounds = 3;
   const std::vector<float4> values = b.frames(rounds);
   Worst worst, worst_relative;
@@ -191,7 +47,7 @@ TEST_P(LayersReplay, SameSamplesInDouble) {
     for (std::uint32_t half = 0; half < 2; ++half) {
       Replay r;
       for (std::uint32_t round = 0; round < rounds; ++round)
-        for (std::size_t l = 0; l < 2; ++l) replay(b, c.estimator, i, half, round, l, r);
+        for (std::size_t l = 0; l < 2; ++l) LightAtPoint(b, c.estimator, i, half, l).add(round, r);
       guided += r.guided;
       for (int channel = 0; channel < 3; ++channel) {
         const double found = exact(values[2 * i + half])[channel], error = std::fabs(found - r.sum[channel]);

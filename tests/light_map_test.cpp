@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "kernels/sampling.h"
+#include "passes/raster.hpp"
 #include "test_scene.hpp"
 
 namespace parian::test {
@@ -154,6 +155,96 @@ glm::dvec3 to_rectangle(const glm::dvec3& t, const glm::dvec2& slope) {
   return best;
 }
 
+/// What centres are off by, in units of the tolerance.
+struct CentreErrors {
+  Worst place, h, G;
+  std::size_t along = 0;  // points with a smaller h_min
+};
+
+/// One point's centre in the map of one light, against all of the map's texels.
+class CentreCheck {
+ public:
+  CentreCheck(const Bench& b, std::uint32_t size, const kernels::Light& light, const float4* texels, glm::dvec3 x,
+              glm::dvec3 n)
+      : b_(b), size_(size), light_(light), texels_(texels), view_(light.view), n_(view_.frame(n)) {
+    const glm::dvec3 f = view_.film(x);
+    t_ = {f.x, f.y, view_.frame(x - view_.origin).z * light.view.scale};
+    for (std::size_t k = 0; k < std::size_t{size} * size; ++k)
+      if (const MapTexel texel(texels[k]); texel.lit)
+        nearest_.emplace_back(glm::length(to_rectangle(t_ - sample(texel, k), texel.slope)), k);
+    std::sort(nearest_.begin(), nearest_.end());
+  }
+
+  /// Any texel whose piece is nearly as near may be the centre's: the square of the distance within three tenths.
+  void compare(const float4& c, const std::string& where, CentreErrors& errors) const {
+    // Coordinates up to `size` texels in float32, through some roundings.
+    const double rounding = 8 * 0x1p-23 * double(size_), least = nearest_[0].first;
+    double off = INFINITY, off_h = INFINITY;
+    bool is_along = false;
+    for (const auto& [d, k] : nearest_) {
+      if (d > least / std::sqrt(0.7) + rounding) break;
+      const auto [off_k, off_h_k, along] = off_by(c, d, k, rounding);
+      if (std::max(off_k, off_h_k) >= std::max(off, off_h)) continue;
+      off = off_k, off_h = off_h_k;
+      is_along = along;
+    }
+    errors.along += is_along;
+    errors.place.add(off, where);
+    errors.h.add(off_h, where);
+    errors.G.add(off_G(c), where);
+  }
+
+ private:
+  [[nodiscard]] glm::dvec3 sample(const MapTexel& texel, std::size_t k) const {
+    const std::size_t row = k / size_;
+    return {double(k % size_) + light_.sample_x[0], double(row) + light_.sample_y[0], texel.height * light_.view.scale};
+  }
+
+  struct Off {
+    double place, h;
+    bool along;
+  };
+  /// A centre from texel k, whose piece is at distance d.
+  [[nodiscard]] Off off_by(const float4& c, double d, std::size_t k, double rounding) const {
+    const double scale = light_.view.scale, h_min = b_.plan.density.parameters.h_min;
+    const glm::dvec2 chosen(c.x * scale + light_.view.centre_x, c.y * scale + light_.view.centre_y);
+    const MapTexel texel(texels_[k]);
+    const glm::dvec2 on_piece = chosen - glm::dvec2(sample(texel, k));
+    const double outside = std::max(std::fabs(on_piece.x), std::fabs(on_piece.y)) - 0.5;
+    const double farther =
+        glm::length(glm::dvec3(chosen, sample(texel, k).z + glm::dot(texel.slope, on_piece)) - t_) - d;
+    const kernels::real3 w12 = kernels::refract_into({0, 0, 1}, {texel.n.x, texel.n.y, texel.n.z}, b_.plan.boundary);
+    const double mu_0 = -glm::dot(glm::dvec3(w12.x, w12.y, w12.z), n_);
+    const double smaller = mu_0 > 0 ? std::clamp(mu_0 / 0.75, double{LEAST_H_MIN}, 1.0) : 1.0;
+    const double h = std::hypot(smaller * h_min, d / scale);
+    // Around mu_0 = 0, either.
+    const double h_0 = std::fabs(mu_0) < 1e-6 ? std::hypot(h_min, d / scale) : h;
+    const double tolerance = 1e-6 * h + rounding / scale;
+    // A piece leans up to ten times as far as it is wide.
+    return {std::max(outside, farther) / (8 * rounding), std::min(std::fabs(c.z - h), std::fabs(c.z - h_0)) / tolerance,
+            smaller < 1};
+  }
+
+  /// log G of the h that was read back, on the line between the entries that hold it.
+  [[nodiscard]] double off_G(const float4& c) const {
+    const auto& rho = b_.plan.density.rho;
+    const kernels::Density& density = b_.plan.density.parameters;
+    std::size_t e = 0;
+    while (e + 2 < density.entries && rho[e + 1][0] > c.z) ++e;
+    const double a = rho[e][0], z = rho[e + 1][0], at = std::clamp((a - c.z) / (a - z), 0.0, 1.0);
+    const double log_G = density.log_G_min + (double(e) + at) / density.inverse_step;
+    return std::fabs(c.w - log_G) / (4 * 0x1p-24 * std::max(std::fabs(log_G), std::fabs(double{density.log_G_min})));
+  }
+
+  const Bench& b_;
+  std::size_t size_;
+  const kernels::Light& light_;
+  const float4* texels_;
+  ExactView view_;
+  glm::dvec3 n_, t_{};  // the point, in texels
+  std::vector<std::pair<double, std::size_t>> nearest_;
+};
+
 TEST_P(LightMap, SamplesAreCentredOnTheNearestLitSurface) {
   const std::uint32_t size = GetParam();
   Bench b(scene_of(torus(40, 20), medium(), {light_a, light_b}));
@@ -171,66 +262,14 @@ TEST_P(LightMap, SamplesAreCentredOnTheNearestLitSurface) {
                             points = b.compute.read<float4>(b.passes.layers.points, 2 * needed.size());
   const LightMaps& m = b.passes.light_maps;
   const std::vector<float4> centres = b.compute.read<float4>(b.passes.layers.centres, needed.size() * m.lights.size());
-  const auto& rho = b.plan.density.rho;
-  const kernels::Density& density = b.plan.density.parameters;
-  Worst place, h_error, G_error;
-  std::size_t along = 0;  // points with a smaller h_min
+  CentreErrors errors;
   for (std::size_t i = 0; i < needed.size(); ++i)
     for (std::size_t l = 0; l < m.lights.size(); ++l) {
-      const kernels::Light& light = m.lights[l];
-      const ExactView view(light.view);
-      const double scale = light.view.scale;
-      const glm::dvec3 x = exact(points[2 * i]), f = view.film(x), t(f.x, f.y, view.frame(x - view.origin).z * scale);
-      const auto sample = [&](const MapTexel& texel, std::size_t k) {
-        const std::size_t row = k / size;
-        return glm::dvec3(double(k % size) + light.sample_x[0], double(row) + light.sample_y[0], texel.height * scale);
-      };
-      std::vector<std::pair<double, std::size_t>> nearest;
-      for (std::size_t k = 0; k < std::size_t{size} * size; ++k)
-        if (const MapTexel texel(map[light.map + k]); texel.lit)
-          nearest.emplace_back(glm::length(to_rectangle(t - sample(texel, k), texel.slope)), k);
-      std::sort(nearest.begin(), nearest.end());
-      const float4 c = centres[l * needed.size() + i];
-      const std::string where = fmt::format("size {} light {} point {}", size, l, hex(x));
-      // Coordinates up to `size` texels in float32, through some roundings.
-      const double rounding = 8 * 0x1p-23 * size, least = nearest[0].first;
-      // Any texel whose piece is nearly as near may be the centre's: the square of the distance within three tenths.
-      double off = INFINITY, off_h = INFINITY;
-      bool is_along = false;
-      const glm::dvec2 chosen(c.x * scale + light.view.centre_x, c.y * scale + light.view.centre_y);
-      for (const auto& [d, k] : nearest) {
-        if (d > least / std::sqrt(0.7) + rounding) break;
-        const MapTexel texel(map[light.map + k]);
-        const glm::dvec2 on_piece = chosen - glm::dvec2(sample(texel, k));
-        const double outside = std::max(std::fabs(on_piece.x), std::fabs(on_piece.y)) - 0.5;
-        const double farther =
-            glm::length(glm::dvec3(chosen, sample(texel, k).z + glm::dot(texel.slope, on_piece)) - t) - d;
-        // A piece leans up to ten times as far as it is wide.
-        const double off_k = std::max(outside, farther) / (8 * rounding);
-        const kernels::real3 w12 = kernels::refract_into({0, 0, 1}, {texel.n.x, texel.n.y, texel.n.z}, b.plan.boundary);
-        const double mu_0 = -glm::dot(glm::dvec3(w12.x, w12.y, w12.z), view.frame(exact(points[2 * i + 1])));
-        const double smaller = mu_0 > 0 ? std::clamp(mu_0 / 0.75, double{LEAST_H_MIN}, 1.0) : 1.0;
-        const double h = std::hypot(smaller * density.h_min, d / scale);
-        // Around mu_0 = 0, either.
-        const double h_0 = std::fabs(mu_0) < 1e-6 ? std::hypot(density.h_min, d / scale) : h;
-        const double tolerance = 1e-6 * h + rounding / scale;
-        const double off_h_k = std::min(std::fabs(c.z - h), std::fabs(c.z - h_0)) / tolerance;
-        if (std::max(off_k, off_h_k) >= std::max(off, off_h)) continue;
-        off = off_k, off_h = off_h_k;
-        is_along = smaller < 1;
-      }
-      along += is_along;
-      place.add(off, where);
-      h_error.add(off_h, where);
-      // log G of the h that was read back, on the line between the entries that hold it.
-      std::size_t e = 0;
-      while (e + 2 < density.entries && rho[e + 1][0] > c.z) ++e;
-      const double a = rho[e][0], z = rho[e + 1][0], at = std::clamp((a - c.z) / (a - z), 0.0, 1.0);
-      const double log_G = density.log_G_min + (double(e) + at) / density.inverse_step;
-      G_error.add(
-          std::fabs(c.w - log_G) / (4 * 0x1p-24 * std::max(std::fabs(log_G), std::fabs(double{density.log_G_min}))),
-          where);
+      const glm::dvec3 x = exact(points[2 * i]);
+      CentreCheck(b, size, m.lights[l], &map[m.lights[l].map], x, exact(points[2 * i + 1]))
+          .compare(centres[l * needed.size() + i], fmt::format("size {} light {} point {}", size, l, hex(x)), errors);
     }
+  const auto& [place, h_error, G_error, along] = errors;
   fmt::print(
       "size {}: {} points, {} with light along them; of tolerance: place {:.2f} ({}), h {:.2f} ({}), log G "
       "{:.2f} ({})\n",

@@ -3,10 +3,10 @@
 
 #include <cmath>
 
-#include "mesh_file.hpp"
-#include "render_options.hpp"
-#include "scene_file.hpp"
-#include "vectors.hpp"
+#include "io/mesh_file.hpp"
+#include "io/render_options.hpp"
+#include "io/scene_file.hpp"
+#include "truth/vectors.hpp"
 
 namespace parian {
 namespace {

@@ -1,5 +1,5 @@
 // Constants of media against independent quadrature and published figures; the table of materials and its look-up.
-#include "medium.hpp"
+#include "scene/medium.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,8 @@
 #include <functional>
 #include <limits>
 
-#include "error.hpp"
+#include "core/error.hpp"
+#include "scene/limits.hpp"
 
 namespace parian {
 namespace {
@@ -201,17 +202,19 @@ TEST(Validate, NamesTheFieldThatIsWrong) {
   }
 }
 
+std::vector<std::string> doubts(const Material& m) { return doubts_of(m, optics_of(m)); }
+
 TEST(Validate, TellsLikelyMistakes) {
   Material m = find_material("marble");
-  EXPECT_TRUE(doubts_of(m).empty());
+  EXPECT_TRUE(doubts(m).empty());
   m.ior = 1;
-  EXPECT_TRUE(doubts_of(m).empty());
+  EXPECT_TRUE(doubts(m).empty());
   m.ior = 1 / 1.5;
-  ASSERT_EQ(doubts_of(m).size(), 1U);
-  EXPECT_NE(doubts_of(m)[0].find("ior 0.666667 is below 1"), std::string::npos) << doubts_of(m)[0];
-  EXPECT_NE(doubts_of(m)[0].find("give 1.5 then"), std::string::npos) << doubts_of(m)[0];
+  ASSERT_EQ(doubts(m).size(), 1U);
+  EXPECT_NE(doubts(m)[0].find("ior 0.666667 is below 1"), std::string::npos) << doubts(m)[0];
+  EXPECT_NE(doubts(m)[0].find("give 1.5 then"), std::string::npos) << doubts(m)[0];
   for (const MeasuredMaterial& row : measured_materials())
-    for (const std::string& doubt : doubts_of(row.material)) EXPECT_EQ(doubt.find("ior"), std::string::npos) << doubt;
+    for (const std::string& doubt : doubts(row.material)) EXPECT_EQ(doubt.find("ior"), std::string::npos) << doubt;
 }
 
 }  // namespace

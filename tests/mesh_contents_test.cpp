@@ -7,8 +7,8 @@
 #include <bit>
 #include <cmath>
 
-#include "error.hpp"
-#include "mesh_file.hpp"
+#include "core/error.hpp"
+#include "io/mesh_file.hpp"
 #include "scratch.hpp"
 
 namespace parian {

@@ -1,5 +1,5 @@
 // read_mesh_file: every format's habits, and every kind of damage, on files that the test writes.
-#include "mesh_file.hpp"
+#include "io/mesh_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <fstream>
 #include <random>
 
-#include "error.hpp"
+#include "core/error.hpp"
 
 namespace {
 
@@ -213,6 +213,8 @@ TEST_F(MeshFile, PlyBad) {
   EXPECT_NE(error("a.ply", file("3", "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1")).find("names point -1"), std::string::npos);
   EXPECT_NE(error("a.ply", file("3", "0 0 0\n1 0 0\n0 1 0\n2 0 1")).find("three corners"), std::string::npos);
   EXPECT_NE(error("a.ply", file("3", "0 0 0\n1 0 0\n0 1 0\n4000000000 0 1 2")).find("can't fit"), std::string::npos);
+  EXPECT_NE(error("a.ply", file("3", "0 0 0\n1 0 0\n0 1 0\n9 0 1 2\n")).find(":14: a list of 9 values can't fit"),
+            std::string::npos);
   EXPECT_NE(error("a.ply", ply_start + "element vertex 1\n" + ply_xyz + "end_header\n0 0 0\n").find("no faces"),
             std::string::npos);
   EXPECT_NE(error("a.ply", ply_start + "element vertex 1\n").find("ends within the PLY header"), std::string::npos);
@@ -245,6 +247,9 @@ TEST_F(MeshFile, ObjBad) {
   EXPECT_NE(error("a.obj", "v 0 0\n" + three + "f 1 2 3\n").find("a.obj:1: a point has fewer"), std::string::npos);
   EXPECT_NE(error("a.obj", "v 0 \\\n inf 0\n" + three + "f 1 2 3\n").find("'inf' is not finite"), std::string::npos);
   EXPECT_NE(error("a.obj", three).find("no faces"), std::string::npos);
+  // Lines that a backslash joins, in comments too, count as they stand in the file; the first of them is named.
+  EXPECT_NE(error("a.obj", "# a \\\nv x\nv 0 0 \\\r\n0\nv 1 0 0\nv 0 \\\nz 1\nf 1 2 3\n").find("a.obj:6: 'z' is not"),
+            std::string::npos);
 }
 
 TEST_F(MeshFile, Off) {
@@ -290,8 +295,11 @@ TEST_F(MeshFile, Stl) {
     EXPECT_EQ(mesh.points, (std::vector<glm::dvec3>{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}));
     EXPECT_EQ(mesh.corners, (std::vector<std::uint32_t>{0, 1, 2, 0, 2, 3}));
   }
-  const std::vector<float> near{0, 0, 0, 1, 0, 0, 1, 1, 0, 1e-30F, 0, 0, 1, 1, 0, 0, 1, 0};
+  const std::vector<float> near{0, 0, 0, 1, 0, 0, 1, 1, 0, 1e-40F, 0, 0, 1, 1, 0, 0, 1, 0};
   EXPECT_EQ(read("near.stl", binary_stl(2, near, "")).points.size(), 5U);  // joined only when equal
+  std::string fine = ascii;
+  fine.replace(fine.find("1 1 0"), 5, "16777217.0000000001 1 0");  // a double would end half-way between two floats
+  EXPECT_EQ(read("fine.stl", fine).points[2].x, 16777218.0);
 }
 
 TEST_F(MeshFile, StlBad) {

@@ -7,9 +7,9 @@
 #include <limits>
 #include <numbers>
 
-#include "mesh.hpp"
-#include "rounding.hpp"
-#include "scene_file.hpp"
+#include "io/scene_file.hpp"
+#include "scene/mesh.hpp"
+#include "scene/rounding.hpp"
 #include "scratch.hpp"
 #include "source_file.hpp"
 

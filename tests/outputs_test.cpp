@@ -4,9 +4,9 @@
 
 #include <climits>
 
-#include "error.hpp"
+#include "core/error.hpp"
+#include "io/whole_file.hpp"
 #include "test_command.hpp"
-#include "whole_file.hpp"
 
 namespace parian {
 namespace {

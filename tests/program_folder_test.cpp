@@ -1,5 +1,5 @@
 // Where the command keeps compiled programs: by the environment, the driver, and whose folder it is.
-#include "program_folder.hpp"
+#include "session/program_folder.hpp"
 
 #include <cstdlib>
 #include <initializer_list>

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "passes/pyramids.hpp"
 #include "test_scene.hpp"
 
 namespace parian::test {

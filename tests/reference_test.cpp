@@ -1,5 +1,5 @@
 // The reference against closed forms and quadrature, its own error bars, and what must not change it.
-#include "reference.hpp"
+#include "truth/reference.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "error.hpp"
+#include "core/error.hpp"
 #include "kernels/bssrdf.h"
-#include "medium.hpp"
+#include "scene/medium.hpp"
 #include "test_render.hpp"
 #include "test_scene.hpp"
 
@@ -149,7 +149,7 @@ TEST(ReferenceTest, TwoSeedsDifferByTheirStandardErrors) {
     for (std::size_t pair = 0; pair < 3; ++pair) {
       const Image &a = images[pair], &b = images[(pair + 1) % 3];
       for (std::size_t i = 0; i < a.standard_error.size() / 3; ++i) {
-        if (std::min(a.rgba[4 * i + 3], b.rgba[4 * i + 3]) < 0.999F) continue;
+        if (std::min(a.rgba[4 * i + 3], b.rgba[4 * i + 3]) < fully_covered) continue;
         for (int c = 0; c < 3; ++c) {
           const double z = (a.rgba[4 * i + c] - b.rgba[4 * i + c]) /
                            std::hypot(double{a.standard_error[3 * i + c]}, double{b.standard_error[3 * i + c]});

@@ -175,7 +175,7 @@ Sampled sample(const Scene& scene, Settings settings, std::uint32_t frames, std:
 std::pair<double, double> compare(const Sampled& a, const Sampled& b) {
   double z2 = 0.0, count = 0.0, sum_a = 0.0, sum_b = 0.0;
   for (std::size_t k = 0; k < a.mean.size(); ++k) {
-    if (k % 4 == 3 || a.alpha[k / 4] < 0.999F || b.alpha[k / 4] < 0.999F) continue;
+    if (k % 4 == 3 || a.alpha[k / 4] < fully_covered || b.alpha[k / 4] < fully_covered) continue;
     const double d = a.mean[k] - b.mean[k];
     z2 += d * d / (a.variance_of_mean[k] + b.variance_of_mean[k]);
     count += 1.0;

@@ -1,5 +1,5 @@
 // Scene files and bare meshes: what is read, what is refused, and where things end up in the world.
-#include "scene_file.hpp"
+#include "io/scene_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -204,7 +204,7 @@ TEST_F(SceneTest, RefusesWithPlaceAndRemedy) {
       {object + "[camera]\neye = [0, 1]\n", "4", "2 values"},
       {object + "[camera]\neye = [0, 1, inf]\n", "4", "finite"},
       {object + "[camera]\neye = [0, 1, \"a\"]\n", "4", "three numbers"},
-      {object + "[camera]\nfov = 180\n", "4", "from 0.01 to 179"},
+      {object + "[camera]\nfov = 180\n", "4", "above 0 and below 180"},
       {object + "[camera]\ntarget = [0, 0, 0]\n", "4", "no eye"},
       {object + "[camera]\neye = [1, 1, 1]\ntarget = [1, 1, 1]\n", "4", "same point"},
       {object + "[camera]\neye = [0, 0, 9]\ntarget = [0, 0, 0]\nup = [0, 0, 2]\n", "4", "another up"},
@@ -215,12 +215,12 @@ TEST_F(SceneTest, RefusesWithPlaceAndRemedy) {
       {object + "[light]\ntowards = [0, 0, 1]\n", "3", "[[light]]"},
       {object + object, "3", "second [[object]]"},
       {"size_mm = 3\nunit = 2\n" + object, "2", "keep one"},
-      {"size_mm = 0\n" + object, "1", "positive"},
+      {"size_mm = 0\n" + object, "1", "above 0"},
       {"unit = true\n" + object, "1", "truth value"},
       {"[[object]]\n", "1", "add mesh"},
       {"[[object]]\nmesh = \"no.ply\"\n", "2", "relative to the scene"},
       {"[[object]]\nmesh = 3\n", "2", "quotes"},
-      {object + "scale = -1\n", "3", "positive"},
+      {object + "scale = -1\n", "3", "above 0"},
       {object + "scale = 1e9\ntranslate = [0, 0, 1e308]\nmaterial = \"nothing like it\"\n", "5", "nothing like it"},
       {object + "material = \"waxx\"\n[material.wax]\nsigma_s = [1, 1, 1]\nsigma_a = [0, 0, 0]\n", "3", "'wax'"},
       {object + "[material.wax]\nsigma_s = [1, 1, 1]\n", "3", "sigma_a"},
@@ -228,7 +228,7 @@ TEST_F(SceneTest, RefusesWithPlaceAndRemedy) {
       {object + "[material.wax]\nsigma_s = [1, 1, 1]\nsigma_s_prime = [1, 1, 1]\n", "5", "keep one"},
       {object + "[material.wax]\nsigma_a = [0, 0, 0]\nsigma_s_prime = [1, 1, 1]\ng = 0\n", "6", "remove g"},
       {object + "[material.wax]\nsigma_a = [0, -1, 0]\nsigma_s = [1, 1, 1]\n", "4", "from 0 to"},
-      {object + "[material.wax]\nsigma_a = [0, 0, 0]\nsigma_s = [1, 1, 1]\ng = 1\n", "6", "between -1 and 1"},
+      {object + "[material.wax]\nsigma_a = [0, 0, 0]\nsigma_s = [1, 1, 1]\ng = 1.5\n", "6", "from -1 to 1"},
       {object + "[material]\nwax = 1\n", "4", "[material.NAME]"},
   };
   for (const Refused& refused : cases) {

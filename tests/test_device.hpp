@@ -10,8 +10,8 @@
 #include <tuple>
 #include <vector>
 
-#include "compute.hpp"
-#include "embedded.hpp"
+#include "core/compute.hpp"
+#include "core/embedded.hpp"
 
 namespace parian {
 
@@ -43,7 +43,7 @@ inline bool deep() { return std::getenv("PARIAN_TEST_DEEP") != nullptr; }
 /// A device with a program, for one owner at a time, who leaves it as good as new. Programs are built once in a
 /// process, since building takes drivers longer than most tests do.
 inline std::shared_ptr<Compute> built(const std::string& options, const std::string& selector = test_selector(),
-                                      const std::string& program = kernel_sources) {
+                                      const std::string& program = render_sources) {
   using Key = std::tuple<std::string, std::string, std::string>;
   static auto& idle = *new std::multimap<Key, std::unique_ptr<Compute>>;
   const Key key{selector, options, program};
@@ -65,10 +65,10 @@ inline std::shared_ptr<Compute> built(const std::string& options, const std::str
           }};
 }
 
-/// The headers of the embedded program, up to bssrdf.h, followed by `kernels`.
+/// bssrdf.h and what it includes, followed by `kernels`.
 inline std::string with_headers(const std::string& kernels) {
-  const std::string all = kernel_sources;
-  return all.substr(0, all.find("#line 1 \"kernels/sampling.h\"")) + "\n" + kernels;
+  const std::string all = self_test_sources;
+  return all.substr(0, all.find("#line 1 \"kernels/raster.h\"")) + "\n" + kernels;
 }
 
 class TestDevice {

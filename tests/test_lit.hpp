@@ -72,8 +72,8 @@ class Guide {
     list_ = {list + 1, list[0]};
     ranks_ = {list + 1 + std::size_t{width_} * width_, std::size_t{width_} * width_};
     const cl_uint* guide = &b.guides[(2 * (l * b.passes.layers.n_tiles + tile) + half) * GUIDE_SIZE];
-    if (guide[GUIDE_SLOTS] != 0) begins_ = {guide, GUIDE_SLOTS + 1};
-    codes_ = {reinterpret_cast<const std::uint8_t*>(guide + GUIDE_SLOTS + 2), GUIDE_PARTS};
+    if (guide[GUIDE_STRIPS] != 0) begins_ = {guide, GUIDE_STRIPS + 1};
+    codes_ = {reinterpret_cast<const std::uint8_t*>(guide + GUIDE_STRIPS + 2), GUIDE_PARTS};
   }
   explicit operator bool() const { return !begins_.empty(); }
   [[nodiscard]] std::span<const cl_uint> list() const { return list_; }
@@ -83,12 +83,12 @@ class Guide {
   [[nodiscard]] double unit() const { return std::ldexp(1.0, int(bits_)); }
   /// Where a sample lies, as a place in the list in these units: exactly what the kernel does.
   [[nodiscard]] std::uint32_t place(float t) const {
-    const std::size_t slot = slot_of(t);
-    return begins_[slot] + std::uint32_t((t * float(slots()) - float(slot)) * float(length(slot)));
+    const std::size_t strip = strip_of(t);
+    return begins_[strip] + std::uint32_t((t * float(strips()) - float(strip)) * float(length(strip)));
   }
-  [[nodiscard]] std::size_t slots() const { return begins_.size() - 1; }
-  [[nodiscard]] std::size_t slot_of(float t) const { return std::min(std::size_t(t * float(slots())), slots() - 1); }
-  [[nodiscard]] std::uint32_t length(std::size_t slot) const { return begins_[slot + 1] - begins_[slot]; }
+  [[nodiscard]] std::size_t strips() const { return begins_.size() - 1; }
+  [[nodiscard]] std::size_t strip_of(float t) const { return std::min(std::size_t(t * float(strips())), strips() - 1); }
+  [[nodiscard]] std::uint32_t length(std::size_t strip) const { return begins_[strip + 1] - begins_[strip]; }
   /// In texels of the map, their samples in their middles.
   [[nodiscard]] glm::dvec2 film(std::uint32_t place, double v) const {
     const cl_uint texel = list_[place >> bits_];

@@ -12,10 +12,11 @@
 #include <string>
 #include <vector>
 
-#include "medium.hpp"
-#include "mesh_file.hpp"
-#include "plan.hpp"
-#include "renderer.hpp"
+#include "io/mesh_file.hpp"
+#include "plan/plan.hpp"
+#include "relmse.hpp"
+#include "render/renderer.hpp"
+#include "scene/medium.hpp"
 #include "source_file.hpp"
 #include "test_device.hpp"
 
@@ -129,24 +130,7 @@ inline std::string difference(const Image& a, const Image& b) {
   return fmt::format("{} of {} values differ, by up to {:.3g}", count, a.rgba.size(), largest);
 }
 
-/// relMSE as the contract defines it; NaN where it isn't defined.
-inline double relmse(const Image& image, const Image& reference) {
-  std::vector<std::size_t> inside;
-  double mean = 0.0;
-  for (std::size_t i = 0; i < reference.rgba.size(); i += 4)
-    if (image.rgba[i + 3] >= 0.999F && reference.rgba[i + 3] >= 0.999F) {
-      inside.push_back(i);
-      for (int c = 0; c < 3; ++c) mean += reference.rgba[i + c];
-    }
-  const double epsilon = 0.01 * mean / (3.0 * static_cast<double>(inside.size()));
-  double sum = 0.0;
-  for (const std::size_t i : inside)
-    for (int c = 0; c < 3; ++c) {
-      const double r = reference.rgba[i + c], d = image.rgba[i + c] - r;
-      sum += d * d / (r * r + epsilon * epsilon);
-    }
-  return sum / (3.0 * static_cast<double>(inside.size()));
-}
+inline double relmse(const Image& image, const Image& reference) { return relmse(image.rgba, reference.rgba); }
 
 /// Mean of RGB over the whole film.
 inline double mean_value(const Image& image) {
@@ -157,7 +141,7 @@ inline double mean_value(const Image& image) {
 
 inline std::size_t pixels_inside(const Image& image) {
   std::size_t count = 0;
-  for (std::size_t i = 3; i < image.rgba.size(); i += 4) count += image.rgba[i] >= 0.999F;
+  for (std::size_t i = 3; i < image.rgba.size(); i += 4) count += image.rgba[i] >= fully_covered;
   return count;
 }
 
@@ -178,7 +162,7 @@ inline void expect_sane(const Rendered& r, const std::string& what, glm::bvec3 l
       for (int c = 0; c < 3; ++c) {
         const float v = at(x, y, c);
         bad += !(v >= 0.0F && v < INFINITY) || (alpha == 0.0F && v != 0.0F);
-        if (!lit[c] || alpha < 0.999F || v != 0.0F) continue;
+        if (!lit[c] || alpha < fully_covered || v != 0.0F) continue;
         const bool neighbour =
             (x > 0 && at(x - 1, y, c) > bright) || (x + 1 < image.width && at(x + 1, y, c) > bright) ||
             (y > 0 && at(x, y - 1, c) > bright) || (y + 1 < image.height && at(x, y + 1, c) > bright);

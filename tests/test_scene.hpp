@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "kernels/bssrdf.h"
-#include "passes.hpp"
+#include "passes/passes.hpp"
 #include "test_device.hpp"
 
 namespace parian::test {

@@ -5,9 +5,10 @@
 #include <bit>
 
 #include "kernels/raster.h"
+#include "passes/raster.hpp"
+#include "passes/visibility.hpp"
 #include "test_render.hpp"
 #include "test_scene.hpp"
-#include "visibility.hpp"
 
 namespace parian::test {
 namespace {
@@ -21,9 +22,9 @@ void check_sight(Bench& b, const kernels::View& view, const std::string& what) {
   const cl::Buffer nearest = b.compute.buffer<cl_uint>(n), farthest = b.compute.buffer<cl_uint>(n);
   b.compute.fill(nearest, 0xffffffffU, n);
   b.compute.fill(farthest, 0, n);
-  b.compute.launch("raster_corners", g.n_positions, Stage::plan, view, g.positions, g.n_positions, g.records);
-  b.compute.launch("raster_sight", g.n_triangles, Stage::plan, window, g.records, g.triangles, g.n_triangles, nearest,
-                   farthest);
+  b.compute.launch("visibility_corners", g.n_positions, Stage::plan, view, g.positions, g.n_positions, g.records);
+  b.compute.launch("visibility_sight", g.n_triangles, Stage::plan, window, g.records, g.triangles, g.n_triangles,
+                   nearest, farthest);
   const std::vector<cl_uint> found = b.compute.read<cl_uint>(nearest, n);
   setup_view(b.passes, view, Stage::plan);
   draw(b.passes, window, nearest, nullptr, Stage::plan);

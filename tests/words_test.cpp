@@ -1,12 +1,12 @@
 // What settings are called: by the command line's names to its users, by the API's to those of the library.
-#include "words.hpp"
+#include "core/words.hpp"
 
 #include <gtest/gtest.h>
 #include <parian/parian.h>
 
-#include "error.hpp"
-#include "rendering.hpp"
-#include "scene_file.hpp"
+#include "core/error.hpp"
+#include "io/scene_file.hpp"
+#include "session/rendering.hpp"
 #include "test_device.hpp"
 
 namespace parian {

@@ -1,17 +1,32 @@
-# Writes the kernels (in order, #line-marked, without their own #include lines) as literals, and the table of materials
-# as numbers, into one C++ file. Run by the build:
-# cmake -DOUTPUT=… -DVERSION=… -DKERNELS=… -DBENCH_KERNELS=… -DMATERIALS=… -P embed.cmake
+# Writes the programs in the folder KERNELS (#line-marked, with what they include) as literals, and the table of
+# materials as numbers, into one C++ file. Run by the build:
+# cmake -DOUTPUT=… -DVERSION=… -DKERNELS=… -DMATERIALS=… -P embed.cmake
 cmake_minimum_required(VERSION 3.24)
 
-# A C++ raw string may hold 64 KiB at most by the standard, so text goes in as pieces, one per file.
-function(append_program name)
-  string(APPEND text "const char* const ${name} =\n")
-  foreach(file ${ARGN})
-    file(READ ${file} source)
-    get_filename_component(file_name ${file} NAME)
-    string(REGEX REPLACE "#include \"[^\n]*\"" "" source "${source}")
-    string(APPEND text "R\"__(#line 1 \"kernels/${file_name}\"\n${source})__\"\n")
+# A C++ raw string may hold 64 KiB at most by the standard, so text goes in as pieces, one per file: what a file includes
+# comes before it, each file once.
+function(append_file file)
+  if(file IN_LIST included)
+    return()
+  endif()
+  list(APPEND included ${file})
+  get_filename_component(folder ${file} DIRECTORY)
+  get_filename_component(file_name ${file} NAME)
+  file(READ ${file} source)
+  string(REGEX MATCHALL "#include \"[^\"\n]*\"" includes "${source}")
+  foreach(include IN LISTS includes)
+    string(REGEX REPLACE "#include \"(.*)\"" "\\1" include "${include}")
+    append_file(${folder}/${include})
   endforeach()
+  string(REGEX REPLACE "#include \"[^\n]*\"" "" source "${source}")
+  string(APPEND text "R\"__(#line 1 \"kernels/${file_name}\"\n${source})__\"\n")
+  set(included ${included} PARENT_SCOPE)
+  set(text "${text}" PARENT_SCOPE)
+endfunction()
+function(append_program name file)
+  string(APPEND text "const char* const ${name} =\n")
+  set(included "")
+  append_file(${KERNELS}/${file})
   set(text "${text};\n\n" PARENT_SCOPE)
 endfunction()
 
@@ -49,10 +64,11 @@ function(append_materials table)
   set(text "${text}" PARENT_SCOPE)
 endfunction()
 
-set(text "// Made by tools/embed.cmake from kernels/ and host/src/materials.csv.\n#include \"embedded.hpp\"\n\n")
+set(text "// Made by tools/embed.cmake from kernels/ and host/scene/materials.csv.\n#include \"core/embedded.hpp\"\n\n")
 string(APPEND text "namespace parian {\n\nconst char* const version = \"${VERSION}\";\n\n")
-append_program(kernel_sources ${KERNELS})
-append_program(bench_sources ${BENCH_KERNELS})
+append_program(render_sources render.cl)
+append_program(self_test_sources self_test.cl)
+append_program(bench_sources bench.cl)
 append_materials(${MATERIALS})
 string(APPEND text "}  // namespace parian\n")
 file(WRITE ${OUTPUT} "${text}")

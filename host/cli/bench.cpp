@@ -1,5 +1,5 @@
 // `parian bench`: how fast this device is at each pass, beside its own peak, as a table or as JSON.
-#include "bench.hpp"
+#include "truth/bench.hpp"
 
 #include <fmt/format.h>
 
@@ -8,11 +8,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands.hpp"
-#include "driver_guard.hpp"
-#include "embedded.hpp"
-#include "machine.hpp"
-#include "terminal.hpp"
+#include "cli/commands.hpp"
+#include "cli/driver_guard.hpp"
+#include "cli/terminal.hpp"
+#include "core/embedded.hpp"
+#include "truth/machine.hpp"
 
 namespace parian {
 namespace {

@@ -1,5 +1,5 @@
 // `parian check`: whether a device and its driver compute what they should, as a table or as JSON.
-#include "check.hpp"
+#include "truth/check.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,10 +9,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands.hpp"
-#include "driver_guard.hpp"
-#include "embedded.hpp"
-#include "terminal.hpp"
+#include "cli/commands.hpp"
+#include "cli/driver_guard.hpp"
+#include "cli/terminal.hpp"
+#include "core/embedded.hpp"
 
 namespace parian {
 namespace {
@@ -109,11 +109,7 @@ void print_json(const CheckReport& report) {
 int run_check(const CheckOptions& options) {
   CheckSettings settings;
   settings.device = options.input.device_selector("");
-  if (!options.seed.empty()) {
-    const double seed = parse_in_range("--seed", options.seed, 0, std::numeric_limits<std::uint32_t>::max());
-    if (seed != std::floor(seed)) throw Error(ErrorKind::usage, "--seed: give a whole number");
-    settings.seed = static_cast<std::uint32_t>(seed);
-  }
+  if (!options.seed.empty()) settings.seed = parse_whole("--seed", options.seed, 0, largest_whole);
   if (!options.vectors.empty()) FileUses().reads("--vectors", options.vectors);
   if (options.half_space) return print_half_space(options.json);
   guard_drivers();

@@ -8,8 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "file_uses.hpp"
-#include "scene_file.hpp"
+#include "io/file_uses.hpp"
+#include "io/scene_file.hpp"
+#include "scene/limits.hpp"
 
 namespace parian {
 
@@ -59,8 +60,12 @@ CLI::Option* add_text(CLI::App& app, const std::string& name, std::string& value
 CLI::Option* add_texts(CLI::App& app, const std::string& name, std::vector<std::string>& values,
                        const std::string& type, const std::string& help);
 
-/// The number that the value of `option` is. Throws Error(usage) when it isn't one from `least` to `most`.
-[[nodiscard]] double parse_in_range(const char* option, const std::string& text, double least, double most);
+/// The number that the value of `option` is. Throws Error(usage) when it isn't one in `limit`.
+[[nodiscard]] double parse_in_range(const char* option, const std::string& text, const Interval& limit);
+
+/// The whole number that it is. Throws Error(usage) when it isn't one from `least` to `most`.
+[[nodiscard]] std::uint32_t parse_whole(const char* option, const std::string& text, std::uint32_t least,
+                                        std::uint32_t most);
 
 /// Numbers separated by commas, exactly `count` of them; empty when `text` isn't that.
 [[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text, std::size_t count);

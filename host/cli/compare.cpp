@@ -1,5 +1,5 @@
 // `parian compare`: how far one picture is from another, as a table, as JSON, and as a picture of the difference.
-#include "compare.hpp"
+#include "truth/compare.hpp"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands.hpp"
-#include "driver_guard.hpp"
-#include "image_file.hpp"
-#include "terminal.hpp"
+#include "cli/commands.hpp"
+#include "cli/driver_guard.hpp"
+#include "cli/terminal.hpp"
+#include "io/image_file.hpp"
 
 namespace parian {
 namespace {
@@ -57,8 +57,8 @@ void print_table(const Comparison& c) {
 
 int run_compare(const CompareOptions& options) {
   guard_drivers();  // modules are loaded after them
-  const double scale = options.scale.empty() ? 0.1 : parse_in_range("--scale", options.scale, 1e-9, 1e9);
-  const double most = options.max_relmse.empty() ? -1 : parse_in_range("--max-relmse", options.max_relmse, 0, 1e30);
+  const double scale = options.scale.empty() ? 0.1 : parse_in_range("--scale", options.scale, {1e-9, 1e9});
+  const double most = options.max_relmse.empty() ? -1 : parse_in_range("--max-relmse", options.max_relmse, {0, 1e30});
   FileUses files;
   files.reads("the picture", options.picture);
   files.reads("the reference", options.reference);

@@ -6,16 +6,16 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "child_process.hpp"
-#include "commands.hpp"
-#include "driver_guard.hpp"
-#include "drivers.hpp"
-#include "plan.hpp"
-#include "program_folder.hpp"
-#include "self_test.hpp"
-#include "terminal.hpp"
-#include "trial.hpp"
-#include "words.hpp"
+#include "cli/commands.hpp"
+#include "cli/driver_guard.hpp"
+#include "cli/terminal.hpp"
+#include "core/drivers.hpp"
+#include "core/words.hpp"
+#include "plan/plan.hpp"
+#include "render/self_test.hpp"
+#include "session/program_folder.hpp"
+#include "truth/child_process.hpp"
+#include "truth/trial.hpp"
 
 namespace parian {
 namespace {
@@ -47,7 +47,6 @@ Json failures_of(const std::string& selector) {
     Compute compute(selector);
     const Plan plan = make_plan(ordinary_scene(), ordinary_settings(), compute.info());
     keep_programs(compute);
-    compute.build(plan.options);
     for (const SelfTestAnswer& a :
          with_device_errors(compute.info(), [&] { return self_test(compute, ordinary_settings().model, plan.lanes); }))
       if (!a.passed) failed.push_back({{"check", a.name}, {"found", a.found}});

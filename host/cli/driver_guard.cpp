@@ -1,5 +1,5 @@
 // Variables of the environment, and handlers of signals and of exits that aren't the command's own.
-#include "driver_guard.hpp"
+#include "cli/driver_guard.hpp"
 
 #include <dlfcn.h>
 #include <fmt/format.h>
@@ -11,9 +11,9 @@
 #include <csignal>
 #include <cstdlib>
 
-#include "drivers.hpp"
-#include "error.hpp"
-#include "terminal.hpp"
+#include "cli/terminal.hpp"
+#include "core/drivers.hpp"
+#include "core/error.hpp"
 
 namespace parian {
 namespace {

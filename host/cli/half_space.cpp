@@ -8,9 +8,9 @@
 #include <numbers>
 #include <vector>
 
-#include "commands.hpp"
-#include "half_space.hpp"
-#include "terminal.hpp"
+#include "cli/commands.hpp"
+#include "cli/terminal.hpp"
+#include "truth/half_space.hpp"
 
 namespace parian {
 namespace {
@@ -18,9 +18,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::array<double, 3> angles = {0, 45, 75};  // of the light to the normal, degrees
-constexpr std::array<Model, 3> models = {Model::directional, Model::standard, Model::better};
-constexpr std::array<const char*, 3> model_names = {"directional", "standard", "better"};
-constexpr double wanted_error = 0.0025;  // of the random walk, relative
+constexpr double wanted_error = 0.0025;                // of the random walk, relative
 constexpr std::uint64_t pilot_photons = 8192;
 
 /// One medium and one direction of the light.
@@ -37,14 +35,14 @@ struct Entry {
 struct Row {
   std::string name;
   HalfSpace medium;
-  double alpha_prime = 0;
+  ChannelConstants channel;
   std::array<Entry, angles.size()> entries{};
 };
 
 std::vector<Row> make_rows() {
   std::vector<Row> rows;
   const auto add = [&](const std::string& name, const HalfSpace& m) {
-    rows.push_back({name, m, channel_constants(m.sigma_s, m.sigma_a, m.g, m.eta).alpha_prime});
+    rows.push_back({name, m, channel_constants(m.sigma_s, m.sigma_a, m.g, m.eta)});
   };
   const auto add_albedo = [&](double alpha_prime, double g, double eta) {
     add("", {alpha_prime / (1 - g), 1 - alpha_prime, g, eta});
@@ -62,7 +60,6 @@ std::vector<Row> make_rows() {
 /// The truth to `wanted_error`, with as many photons as a pilot run says, and the models beside it.
 void fill(Row& row, std::uint64_t seed) {
   const HalfSpace& m = row.medium;
-  const ChannelConstants channel = channel_constants(m.sigma_s, m.sigma_a, m.g, m.eta);
   for (std::size_t k = 0; k < angles.size(); ++k) {
     Entry& entry = row.entries[k];
     const double cosine = std::cos(angles[k] * std::numbers::pi / 180);
@@ -72,14 +69,16 @@ void fill(Row& row, std::uint64_t seed) {
         std::ceil(static_cast<double>(pilot_photons) * std::pow(entry.relative_error() / wanted_error, 2)));
     entry.photons = std::max(entry.photons, pilot_photons);
     entry.truth = random_walk(m, cosine, entry.photons, seed + 2 * k + 1);
-    for (std::size_t i = 0; i < models.size(); ++i) entry.model[i] = dipole_albedo(channel, models[i], cosine);
+    for (std::size_t i = 0; i < models.size(); ++i) entry.model[i] = dipole_albedo(row.channel, models[i], cosine);
   }
 }
 
 Json as_json(const Row& row) {
   const HalfSpace& m = row.medium;
-  Json result = {{"name", row.name},     {"alpha_prime", row.alpha_prime}, {"eta", m.eta},          {"g", m.g},
-                 {"sigma_s", m.sigma_s}, {"sigma_a", m.sigma_a},           {"light", Json::array()}};
+  Json result = {{"name", row.name},      {"alpha_prime", row.channel.alpha_prime},
+                 {"eta", m.eta},          {"g", m.g},
+                 {"sigma_s", m.sigma_s},  {"sigma_a", m.sigma_a},
+                 {"light", Json::array()}};
   for (const Entry& entry : row.entries) {
     Json light = {{"angle_degrees", entry.angle},
                   {"photons", entry.photons},
@@ -105,7 +104,7 @@ void print_table(const std::vector<Row>& rows) {
   }
   double worst = 0;
   for (const Row& row : rows) {
-    show("\n{:<10} {:>7.4f} {:>5.3g} {:>4.2g}  ", row.name, row.alpha_prime, row.medium.eta, row.medium.g);
+    show("\n{:<10} {:>7.4f} {:>5.3g} {:>4.2g}  ", row.name, row.channel.alpha_prime, row.medium.eta, row.medium.g);
     for (const Entry& entry : row.entries) {
       show(" {:>6.4f}", entry.truth.albedo());
       worst = std::max(worst, entry.relative_error());

@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdlib>
 
-#include "commands.hpp"
+#include "cli/commands.hpp"
 
 namespace parian {
 namespace {
@@ -28,9 +29,7 @@ DirectionalLight parse_light(const std::string& text) {
     if (!irradiance) fail("--light", text, remedy);
     light.irradiance = point(*irradiance);
   }
-  if (const std::string problem = problem_with(light); !problem.empty()) {
-    throw Error(ErrorKind::usage, "--light: " + problem);
-  }
+  if (const auto problem = problem_of(light)) throw Error(ErrorKind::usage, "--light: " + problem->text());
   return light;
 }
 
@@ -109,14 +108,19 @@ void add_what(CLI::App& app, InputOptions& options) {
 
 }  // namespace
 
-double parse_in_range(const char* option, const std::string& text, double least, double most) {
+double parse_in_range(const char* option, const std::string& text, const Interval& limit) {
   const auto value = parse_number(text);
-  const std::string range = fmt::format("a number from {} to {}", least, most);
-  if (!value) fail(option, text, range);
-  if (*value < least || *value > most) {
-    throw Error(ErrorKind::usage, fmt::format("{}: {} is out of range; give {}", option, text, range));
-  }
+  if (!value) fail(option, text, limit.text());
+  if (!limit.holds(*value))
+    throw Error(ErrorKind::usage, fmt::format("{}: {} is out of range; give {}", option, text, limit.text()));
   return *value;
+}
+
+std::uint32_t parse_whole(const char* option, const std::string& text, std::uint32_t least, std::uint32_t most) {
+  const double value = parse_in_range(option, text, {double(least), double(most)});
+  if (value != std::floor(value))
+    throw Error(ErrorKind::usage, fmt::format("{}: {} is not a whole number; give one", option, text));
+  return static_cast<std::uint32_t>(value);
 }
 
 CLI::Option* add_text(CLI::App& app, const std::string& name, std::string& value, const std::string& values,
@@ -164,10 +168,10 @@ void add_input_options(CLI::App& app, InputOptions& options) {
 Overrides InputOptions::overrides() const {
   Overrides result;
   if (!material.empty()) result.material = material;
-  if (!size_mm.empty()) result.size_mm = parse_in_range("--size-mm", size_mm, 1e-6, largest_length);
+  if (!size_mm.empty()) result.size_mm = parse_in_range("--size-mm", size_mm, length_limit);
   for (const std::string& light : lights) result.lights.push_back(parse_light(light));
   if (!camera.empty()) result.camera = parse_camera(camera);
-  if (!fov.empty()) result.fov = parse_in_range("--fov", fov, least_fov, largest_fov);
+  if (!fov.empty()) result.fov = parse_in_range("--fov", fov, fov_limit);
   if (!size.empty()) result.film = parse_size(size);
   if (!cameras.empty()) result.cameras = cameras;
   if (result.camera && result.cameras) {

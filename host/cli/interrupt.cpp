@@ -1,5 +1,5 @@
-// The handler, and the signal that it keeps.
-#include "interrupt.hpp"
+// The handler, the signal that it keeps, and the token that it cancels.
+#include "cli/interrupt.hpp"
 
 #include <array>
 #include <csignal>
@@ -10,9 +10,19 @@ namespace {
 constexpr std::array signals = {SIGINT, SIGTERM, SIGHUP};
 
 volatile std::sig_atomic_t first_signal = 0;
+CancelToken token;
 
 void keep_first(int signal) {
   if (first_signal == 0) first_signal = signal;
+  token.cancel();
+}
+
+void listen() {
+  struct sigaction action {};
+  action.sa_handler = keep_first;
+  action.sa_flags = SA_RESETHAND | SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  for (const int signal : signals) sigaction(signal, &action, nullptr);
 }
 
 }  // namespace
@@ -27,17 +37,18 @@ void keep_ignored_signals() {
   sigprocmask(SIG_BLOCK, &ignored, nullptr);  // no handler gets what is blocked
 }
 
-void listen_for_interrupt() {
-  struct sigaction action {};
-  action.sa_handler = keep_first;
-  action.sa_flags = SA_RESETHAND | SA_RESTART;
-  sigemptyset(&action.sa_mask);
-  for (const int signal : signals) sigaction(signal, &action, nullptr);
+const CancelToken& listen_for_interrupt() {
+  listen();
+  return token;
+}
+
+void keep_listening() {
+  if (!token.cancelled()) listen();
 }
 
 bool interrupted() {
-  if (first_signal == 0) listen_for_interrupt();
-  return first_signal != 0;
+  keep_listening();
+  return token.cancelled();
 }
 
 int exit_interrupted() { return 128 + first_signal; }

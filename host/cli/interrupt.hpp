@@ -1,5 +1,6 @@
 // Ctrl-C, SIGTERM and SIGHUP as a request to finish what is under way.
 #pragma once
+#include "session/session.hpp"
 
 namespace parian {
 
@@ -7,9 +8,11 @@ namespace parian {
 /// it before there are other threads.
 void keep_ignored_signals();
 
-/// From now on the first of them only sets what interrupted() tells; a second one of its kind ends the process at once.
-void listen_for_interrupt();
-/// Whether one has come since. Until then it listens anew: drivers' compilers may have set handlers of their own.
+/// From now on the first of them only cancels this token; a second one of its kind ends the process at once.
+const CancelToken& listen_for_interrupt();
+/// Listens anew until one has come: drivers' compilers may have set handlers of their own.
+void keep_listening();
+/// Whether one has come since. Keeps listening.
 [[nodiscard]] bool interrupted();
 /// The exit code for the signal that came first, as shells have it: 128 and its number.
 [[nodiscard]] int exit_interrupted();

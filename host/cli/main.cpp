@@ -5,13 +5,13 @@
 #include <exception>
 #include <new>
 
-#include "commands.hpp"
-#include "driver_guard.hpp"
-#include "embedded.hpp"
-#include "error.hpp"
-#include "interrupt.hpp"
-#include "nearest.hpp"
-#include "terminal.hpp"
+#include "cli/commands.hpp"
+#include "cli/driver_guard.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/terminal.hpp"
+#include "core/embedded.hpp"
+#include "core/error.hpp"
+#include "core/nearest.hpp"
 
 namespace {
 

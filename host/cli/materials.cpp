@@ -6,16 +6,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands.hpp"
-#include "medium.hpp"
-#include "terminal.hpp"
+#include "cli/commands.hpp"
+#include "cli/terminal.hpp"
+#include "scene/medium.hpp"
 
 namespace parian {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double least_albedo = 0.5;  // below, light is absorbed before it's scattered enough to diffuse
 
 struct Row {
   const MeasuredMaterial* measured;
@@ -27,14 +25,13 @@ struct Row {
 std::vector<Row> make_rows() {
   std::vector<Row> rows;
   for (const MeasuredMaterial& measured : measured_materials()) {
-    const Material& material = measured.material;
     Row row{&measured, {}, {}, true};
-    for (int c = 0; c < 3; ++c) {
-      const ChannelConstants channel =
-          channel_constants(material.sigma_s[c], material.sigma_a[c], material.g[c], material.ior);
+    const Optics optics = optics_of(measured.material);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const ChannelConstants& channel = optics.channels[c];
       row.free_path[c] = 1 / channel.sigma_t_prime;
       row.albedo[c] = channel.alpha_prime;
-      row.diffusive = row.diffusive && row.albedo[c] >= least_albedo;
+      row.diffusive = row.diffusive && row.albedo[c] >= least_diffusive_albedo;
     }
     rows.push_back(row);
   }
@@ -82,7 +79,7 @@ void print_table(const std::vector<Row>& rows) {
   show(
       "* The reduced albedo of a channel is below {}: light is absorbed before it diffuses, and every dipole is "
       "a poor model.\n",
-      least_albedo);
+      least_diffusive_albedo);
 }
 
 }  // namespace

@@ -1,19 +1,20 @@
-// The bar, and the guess at the time left.
-#include "progress.hpp"
+// The bar, and the lines in its place.
+#include "cli/progress.hpp"
 
 #include <fmt/format.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <system_error>
 #include <utility>
 
-#include "render_options.hpp"
-#include "terminal.hpp"
+#include "cli/terminal.hpp"
+#include "io/render_options.hpp"
 
 namespace parian {
 namespace {
@@ -55,44 +56,30 @@ std::string fitted_row(double share, std::string text, int columns) {
   return text;
 }
 
-/// Share of the work done: whichever limit is nearest. The error falls as one over the frames.
-double share_done(const Settings& settings, std::uint32_t frames, double error, double seconds) {
-  double share = static_cast<double>(frames) / settings.frames;
-  if (settings.time > 0) share = std::max(share, seconds / settings.time);
-  if (settings.error > 0 && error > 0) share = std::max(share, settings.error / error);
-  return std::clamp(share, 0.0, 1.0);
-}
-
 }  // namespace
 
-Progress::Progress(const Settings& settings, bool shown, std::string unit)
-    : settings_(settings), unit_(std::move(unit)), shown_(shown), terminal_(isatty(STDERR_FILENO) == 1) {}
+ProgressBar::ProgressBar(bool shown, std::string unit)
+    : unit_(std::move(unit)), shown_(shown), terminal_(isatty(STDERR_FILENO) == 1) {}
 
-Progress::~Progress() {
+ProgressBar::~ProgressBar() {
   if (drawn_) std::fputs("\r\033[K", stderr);
 }
 
-void Progress::update(std::uint32_t frames, double error, double seconds) {
+void ProgressBar::update(const Progress& p) {
   if (!shown_) return;
-  if (seconds - last_ < (terminal_ ? seconds_between_bars : seconds_between_lines)) return;
-  last_ = seconds;
-  const double share = share_done(settings_, frames, error, seconds);
-  const std::string left = share > 0 ? duration(seconds * (1 - share) / share) : std::string("?");
-  const std::string estimate = error >= 0 ? fmt::format("{:.2g}", error) : std::string("?");
+  if (p.seconds - last_ < (terminal_ ? seconds_between_bars : seconds_between_lines)) return;
+  last_ = p.seconds;
+  const std::string left = p.left >= 0 ? duration(p.left) : std::string("?");
+  const std::string estimate = p.error >= 0 ? fmt::format("{:.2g}", p.error) : std::string("?");
   if (terminal_) {
-    const std::string text = fmt::format("{} {}  estimated relMSE {}  {} left", unit_, frames, estimate, left);
-    const std::string row = fitted_row(share, printable(text), terminal_columns());
+    const std::string text = fmt::format("{} {}  estimated relMSE {}  {} left", unit_, p.frames, estimate, left);
+    const std::string row = fitted_row(p.share, printable(text), terminal_columns());
     std::fputs(fmt::format("\r{}\033[K", row).c_str(), stderr);
     std::fflush(stderr);
     drawn_ = true;
   } else {
-    say(fmt::format("{} {}, estimated relMSE {}, {} left", unit_, frames, estimate, left));
+    say(fmt::format("{} {}, estimated relMSE {}, {} left", unit_, p.frames, estimate, left));
   }
-}
-
-void Progress::clear() {
-  if (drawn_) std::fputs("\r\033[K", stderr);
-  drawn_ = false;
 }
 
 void Compiling::step() {

@@ -1,42 +1,27 @@
 // Progress on standard error: a bar on a terminal, else a line every few seconds.
 #pragma once
-#include <chrono>
 #include <condition_variable>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 
-#include "scene.hpp"
+#include "session/session.hpp"
 
 namespace parian {
 
-/// Wall seconds since it was made.
-class Clock {
- public:
-  [[nodiscard]] double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-class Progress {
+class ProgressBar {
  public:
   /// `shown` is false for --quiet: then nothing is printed. `unit` is what is counted.
-  Progress(const Settings& settings, bool shown, std::string unit = "frame");
-  ~Progress();
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
-
-  /// Tells how far it is: frames done, the estimated relMSE (negative: not known) and seconds since the first frame.
-  void update(std::uint32_t frames, double error, double seconds);
+  explicit ProgressBar(bool shown, std::string unit = "frame");
   /// Removes the bar, so that other lines can follow.
-  void clear();
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  void update(const Progress& progress);
 
  private:
-  Settings settings_;
   std::string unit_;
   bool shown_, terminal_;
   bool drawn_ = false;

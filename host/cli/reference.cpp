@@ -1,5 +1,5 @@
 // `parian reference`: the independent answer, batch by batch, continued from an earlier picture if asked.
-#include "reference.hpp"
+#include "truth/reference.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,12 +10,14 @@
 #include <limits>
 #include <memory>
 
-#include "commands.hpp"
-#include "driver_guard.hpp"
-#include "interrupt.hpp"
-#include "medium.hpp"
-#include "progress.hpp"
-#include "terminal.hpp"
+#include "cli/commands.hpp"
+#include "cli/driver_guard.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+#include "cli/terminal.hpp"
+#include "scene/limits.hpp"
+#include "scene/medium.hpp"
+#include "session/warnings.hpp"
 
 namespace parian {
 namespace {
@@ -30,15 +32,10 @@ struct ReferenceOptions {
 constexpr std::uint32_t rays_per_batch = 1U << 19;
 
 ReferenceSettings parse_settings(const ReferenceOptions& options) {
-  constexpr double year = 365.0 * 86400.0, largest_seed = std::numeric_limits<std::uint32_t>::max();
   ReferenceSettings settings;
-  if (!options.error.empty()) settings.target = parse_in_range("--error", options.error, 0, 1e6);
-  if (!options.time.empty()) settings.time = parse_in_range("--time", options.time, 0, year);
-  if (!options.seed.empty()) {
-    const double seed = parse_in_range("--seed", options.seed, 0, largest_seed);
-    if (seed != std::floor(seed)) throw Error(ErrorKind::usage, "--seed: give a whole number");
-    settings.seed = static_cast<std::uint64_t>(seed);
-  }
+  if (!options.error.empty()) settings.target = parse_in_range("--error", options.error, {0, no_limit});
+  if (!options.time.empty()) settings.time = parse_in_range("--time", options.time, time_limit);
+  if (!options.seed.empty()) settings.seed = parse_whole("--seed", options.seed, 0, largest_whole);
   return settings;
 }
 
@@ -100,7 +97,7 @@ void write_outputs(const ReferenceOptions& options, const Input& input, const Re
   const Image image = reference_image(state);
   PictureNotes notes;
   notes.settings = fmt::format("reference material={} model={}", input.scene.material.name,
-                               std::array{"directional", "standard", "better"}[static_cast<int>(settings.model)]);
+                               model_names[static_cast<std::size_t>(settings.model)]);
   notes.estimated_relmse = image.estimated_relmse;
   notes.other = {{"batches", fmt::format("{}", state.batches)},
                  {"samples", fmt::format("{}", state.samples)},
@@ -129,24 +126,21 @@ int run_reference(const ReferenceOptions& options) {
   settings.model = input.settings.model;
   const std::uint32_t pixels = input.scene.film.x * input.scene.film.y;
   settings.samples = std::clamp(rays_per_batch / pixels, 1U, settings.samples);  // no batch of a large film takes hours
-  for (const std::string& warning : input.scene.mesh.warnings)
-    say(fmt::format("warning: {}: {}", input.mesh_file, warning));
-  for (const std::string& doubt : doubts_of(input.scene.material)) say("warning: " + doubt);
+  Warnings warnings(input.scene.mesh.warnings, input.mesh_file);
+  for (const auto& some : {input.scene.mesh.warnings, doubts_of(input.scene.material, optics_of(input.scene.material))})
+    for (const std::string& line : warnings.add(some)) say("warning: " + line);
   const std::string mark = fingerprint(input.scene, settings.model);
   ReferenceState state =
       options.resume ? earlier_state(resumable(options), mark, input.scene.film, settings.samples) : ReferenceState();
   const std::uint32_t resumed = state.batches;
 
-  Settings shown;  // what the progress bar takes the end from
-  shown.error = settings.target;
-  shown.time = settings.time;
-  shown.frames = std::numeric_limits<std::uint32_t>::max();
+  const Stopping ends{.error = settings.target, .time = settings.time};  // batches aren't counted
   listen_for_interrupt();
   {
-    Progress progress(shown, !options.quiet, "batch");
+    ProgressBar bar(!options.quiet, "batch");
     const Clock rendering;
     render_reference(input.scene, settings, state, [&](std::uint32_t batches, double error) {
-      progress.update(batches, error, rendering.seconds());
+      bar.update(progress_of(ends, batches, error, rendering.seconds()));
       return !interrupted();
     });
   }

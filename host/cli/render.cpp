@@ -2,23 +2,23 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <memory>
+#include <nlohmann/json.hpp>
 
-#include "commands.hpp"
-#include "driver_guard.hpp"
-#include "interrupt.hpp"
-#include "progress.hpp"
-#include "rendering.hpp"
-#include "statistics.hpp"
-#include "terminal.hpp"
-#include "whole_file.hpp"
-#include "words.hpp"
+#include "cli/commands.hpp"
+#include "cli/driver_guard.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+#include "cli/terminal.hpp"
+#include "core/words.hpp"
+#include "io/whole_file.hpp"
+#include "scene/limits.hpp"
+#include "session/rendering.hpp"
+#include "session/statistics.hpp"
+#include "session/warnings.hpp"
 
 namespace parian {
 namespace {
-
-constexpr int checkpoints_below = 2;  // successive estimates below the target, before the renderer stops
 
 struct RenderOptions {
   InputOptions input;
@@ -27,27 +27,10 @@ struct RenderOptions {
   bool explain = false, dry_run = false, quiet = false, verbose = false;
 };
 
-/// Prints warnings, each once, and remembers them for the statistics. Those of the mesh get its file's name, whoever
-/// passes them on.
-class Warnings {
- public:
-  explicit Warnings(const Input& input) : input_(input) {}
-  void say(const std::vector<std::string>& warnings) {
-    const auto& of_mesh = input_.scene.mesh.warnings;
-    for (const std::string& warning : warnings) {
-      const bool mesh = std::find(of_mesh.begin(), of_mesh.end(), warning) != of_mesh.end();
-      const std::string line = in_command_words(mesh ? input_.mesh_file + ": " + warning : warning);
-      if (std::find(said_.begin(), said_.end(), line) != said_.end()) continue;
-      parian::say("warning: " + line);
-      said_.push_back(line);
-    }
-  }
-  [[nodiscard]] const std::vector<std::string>& said() const { return said_; }
-
- private:
-  const Input& input_;
-  std::vector<std::string> said_;
-};
+/// Prints what is new of `more`, and keeps it for the statistics.
+void warn(Warnings& warnings, const std::vector<std::string>& more) {
+  for (const std::string& line : warnings.add(more)) say("warning: " + line);
+}
 
 /// Where a name has "%d" or "%03d": begin, end and the digits asked for; begin == end when it has none.
 struct Pattern {
@@ -105,30 +88,15 @@ void check_names(const RenderOptions& options, const Input& input) {
   if (!options.stats.empty()) files.writes("--stats", options.stats);
 }
 
-/// The stopping loop; returns what stopped it.
-std::string render_frames(Rendering& renderer, const Settings& settings, Progress& progress) {
-  listen_for_interrupt();
-  const Clock clock;
-  double error = -1;
-  int below = 0;
-  for (std::uint32_t frames = 1;; ++frames) {
-    renderer.frame();
-    const bool estimated = renderer.estimate_due();
-    if (estimated) {
-      error = renderer.estimate();
-      below = error >= 0 && error < settings.error ? below + 1 : 0;
-    }
-    const double seconds = clock.seconds();
-    progress.update(frames, error, seconds);
-    if (below >= checkpoints_below) return "error";
-    const char* stopped_by = interrupted()                                   ? "interrupt"
-                             : frames >= settings.frames                     ? "frames"
-                             : settings.time > 0 && seconds >= settings.time ? "time"
-                                                                             : nullptr;
-    if (!stopped_by) continue;
-    if (!estimated) renderer.estimate();  // so that the pictures show the pyramid level that is best now
-    return stopped_by;
-  }
+/// Renders until something says stop; returns what, as the statistics have it.
+std::string render_all(Rendering& renderer, const Settings& settings, bool shown) {
+  const CancelToken& cancel = listen_for_interrupt();
+  ProgressBar bar(shown);
+  return word_of(
+      render_frames(renderer, {settings.error, settings.frames, settings.time, &cancel}, [&](const Progress& progress) {
+        bar.update(progress);
+        keep_listening();
+      }));
 }
 
 std::vector<std::string> write_images(Rendering& renderer, const Input& input, const RenderOptions& options,
@@ -182,6 +150,11 @@ void print_seconds(const Statistics& done) {
     say(fmt::format("seconds for each view after the first: {:.3f}", done.further_view_seconds));
 }
 
+std::string statistics_text(const Statistics& done, const DeviceInfo& device, const glm::uvec2& film) {
+  using Json = nlohmann::ordered_json;
+  return statistics_json(done, device, film).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 Rendering planned(Input& input, const RenderOptions& options) {
   Compiling compiling(!options.quiet);
   return {take_scene(input), input.settings, options.input.device_selector(input.device), [&] { compiling.step(); }};
@@ -193,8 +166,7 @@ std::vector<std::string> render_scene(Rendering& renderer, const Input& input, c
   std::string stopped_by;
   std::vector<std::string> written;
   if (!options.dry_run) {
-    Progress progress(input.settings, !options.quiet);
-    stopped_by = render_frames(renderer, input.settings, progress);
+    stopped_by = render_all(renderer, input.settings, !options.quiet);
     written = write_images(renderer, input, options, exposure);
   }
   done = renderer.statistics();
@@ -217,13 +189,13 @@ int run_render(const RenderOptions& options) {
   Statistics done;
   std::vector<std::string> written;
   DeviceInfo device;
-  Warnings warnings(input);
+  Warnings warnings(input.scene.mesh.warnings, input.mesh_file);
   {
     guard_drivers();
     auto renderer = planned(input, options);
     device = renderer.device();
-    warnings.say(input.scene.mesh.warnings);
-    warnings.say(renderer.statistics().warnings);
+    warn(warnings, input.scene.mesh.warnings);
+    warn(warnings, renderer.statistics().warnings);
     if (options.verbose) print_input(input, device);
     if (options.explain || options.dry_run) {
       for (const std::string& line : renderer.explanation()) show("{}\n", line);
@@ -231,11 +203,11 @@ int run_render(const RenderOptions& options) {
     }
     written = render_scene(renderer, input, options, options.exposure.empty() ? input.exposure : *exposure, done);
   }
-  warnings.say(done.warnings);
-  done.warnings = warnings.said();
+  warn(warnings, done.warnings);
+  done.warnings = warnings.all();
   done.seconds.load = loaded;
   done.seconds.total = clock.seconds();
-  if (!options.stats.empty()) write_text(options.stats, statistics_json(done, device, input.scene.film));
+  if (!options.stats.empty()) write_text(options.stats, statistics_text(done, device, input.scene.film));
   if (options.verbose) print_seconds(done);
   if (!options.quiet && !options.dry_run) {
     show("{}: {} frames in {}, estimated relMSE {}, stopped by {}\n", fmt::format("{}", fmt::join(written, ", ")),

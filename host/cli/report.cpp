@@ -8,18 +8,17 @@
 #include <cstring>
 #include <ctime>
 #include <filesystem>
-#include <limits>
 #include <memory>
 
-#include "ascii.hpp"
-#include "commands.hpp"
-#include "driver_guard.hpp"
-#include "interrupt.hpp"
-#include "progress.hpp"
-#include "reference.hpp"
-#include "report.hpp"
-#include "terminal.hpp"
-#include "whole_file.hpp"
+#include "cli/commands.hpp"
+#include "cli/driver_guard.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/progress.hpp"
+#include "cli/terminal.hpp"
+#include "core/ascii.hpp"
+#include "io/whole_file.hpp"
+#include "truth/reference.hpp"
+#include "truth/report.hpp"
 
 namespace parian {
 namespace {
@@ -84,18 +83,10 @@ std::string name_of(Model model) {
   return {};
 }
 
-std::uint32_t whole_number(const char* option, const std::string& text, double most) {
-  const double value = parse_in_range(option, text, 1, most);
-  if (value != std::floor(value)) {
-    throw Error(ErrorKind::usage, fmt::format("{}: {} is not a whole number; give one", option, text));
-  }
-  return static_cast<std::uint32_t>(value);
-}
-
 /// How long to measure: --frames and --time bound runs only if the command line has them.
 ReportSettings report_settings(const ReportOptions& options, const Overrides& overrides, const Settings& settings) {
   ReportSettings how;
-  if (!options.seeds.empty()) how.seeds = whole_number("--seeds", options.seeds, most_seeds);
+  if (!options.seeds.empty()) how.seeds = parse_whole("--seeds", options.seeds, 1, most_seeds);
   for (const auto& [option, value] : overrides.settings) {
     if (option->name == "frames") how.frames = how.sweep_frames = settings.frames;
     if (option->name == "time") how.time = settings.time;
@@ -119,16 +110,13 @@ Image get_reference(const ReportOptions& options, const Scene& scene, Model mode
   how.model = model;
   how.target = reference_error;
   how.time = reference_seconds;
-  Settings shown;  // what the progress bar takes the end from
-  shown.error = how.target;
-  shown.time = how.time;
-  shown.frames = std::numeric_limits<std::uint32_t>::max();
+  const Stopping ends{.error = how.target, .time = how.time};  // batches aren't counted
   ReferenceState state;
   {
-    Progress progress(shown, !options.quiet, "batch of the reference");
+    ProgressBar bar(!options.quiet, "batch of the reference");
     const Clock clock;
     render_reference(scene, how, state, [&](std::uint32_t batches, double error) {
-      progress.update(batches, error, clock.seconds());
+      bar.update(progress_of(ends, batches, error, clock.seconds()));
       return !interrupted();
     });
   }

@@ -1,5 +1,5 @@
 // UTF-8, character by character, and the standard streams.
-#include "terminal.hpp"
+#include "cli/terminal.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <cstdio>
 
-#include "error.hpp"
-#include "words.hpp"
+#include "core/error.hpp"
+#include "core/words.hpp"
 
 namespace parian {
 namespace {

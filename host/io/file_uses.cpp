@@ -1,5 +1,5 @@
 // Device and inode, of files or of the folders that they will be in.
-#include "file_uses.hpp"
+#include "io/file_uses.hpp"
 
 #include <fmt/format.h>
 #include <sys/stat.h>
@@ -7,8 +7,8 @@
 
 #include <utility>
 
-#include "error.hpp"
-#include "whole_file.hpp"
+#include "core/error.hpp"
+#include "io/whole_file.hpp"
 
 namespace parian {
 

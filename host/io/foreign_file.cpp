@@ -1,5 +1,5 @@
 // Magic numbers first, names after them.
-#include "foreign_file.hpp"
+#include "io/foreign_file.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <string_view>
 
-#include "ascii.hpp"
+#include "core/ascii.hpp"
 
 namespace parian {
 namespace {

@@ -1,13 +1,14 @@
 // Pictures without OpenImageIO, and the module that has it, loaded when it's needed first.
-#include "image_file.hpp"
+#include "io/image_file.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "error.hpp"
-#include "module.hpp"
-#include "pictures/pictures.hpp"
-#include "whole_file.hpp"
+#include "core/error.hpp"
+#include "io/module.hpp"
+#include "io/pictures/pictures.hpp"
+#include "io/whole_file.hpp"
+#include "scene/limits.hpp"
 
 namespace parian {
 namespace {
@@ -53,9 +54,7 @@ void check_output(const std::filesystem::path& path, glm::uvec2 film) {
   check_place(path);
 }
 
-std::vector<std::uint8_t> png_bytes(const Image& image, double stops) {
-  return picture_functions().png_bytes(image, stops);
-}
+std::string png_base64(const Image& image, double stops) { return picture_functions().png_base64(image, stops); }
 
 void write_image(const std::filesystem::path& path, const Image& image, const PictureNotes& notes,
                  const Exposure& exposure) {

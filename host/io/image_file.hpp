@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "render_options.hpp"
-#include "scene.hpp"
+#include "io/render_options.hpp"
+#include "scene/scene.hpp"
 
 namespace parian {
 
@@ -17,9 +17,6 @@ struct Exposure {
   bool automatic = false;  ///< stops from the picture: the 99th percentile of luminance at 0.8
   double stops = 0.0;
 };
-
-/// Most stops up or down.
-inline constexpr double largest_stops = 64.0;
 
 /// "auto" or a number of stops; empty when it's neither.
 [[nodiscard]] std::optional<Exposure> parse_exposure(const OptionValue& value);
@@ -41,8 +38,8 @@ struct PictureNotes {
 /// known: above 0) that the format can't have.
 void check_output(const std::filesystem::path& path, glm::uvec2 film = {0, 0});
 
-/// A PNG as write_image writes it, without notes. Throws Error(output).
-[[nodiscard]] std::vector<std::uint8_t> png_bytes(const Image& image, double stops);
+/// A PNG as write_image writes it, without notes, in base64 with padding. Throws Error(output).
+[[nodiscard]] std::string png_base64(const Image& image, double stops);
 
 /// Writes a linear premultiplied image as the extension says, whole or not at all: it is read back before it takes its
 /// place. Throws Error(output).

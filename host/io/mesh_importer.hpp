@@ -1,14 +1,15 @@
-// The end of OpenMesh's readers that collects raw points and polygons. OpenMesh's own mesh class would refuse or
-// duplicate what isn't a two-manifold.
+// The end of OpenMesh's readers that collects raw points, normals and polygons. OpenMesh's own mesh class would refuse
+// or duplicate what isn't a two-manifold.
 #pragma once
 #include <OpenMesh/Core/IO/importer/BaseImporter.hh>
+#include <algorithm>
 #include <vector>
 
-#include "mesh.hpp"
+#include "scene/mesh.hpp"
 
 namespace parian {
 
-/// Collects points and faces; keeps the halfedges of OM files until `trace_faces`.
+/// Collects points, their normals and faces; keeps the halfedges of OM files until `trace_faces`.
 class MeshImporter final : public OpenMesh::IO::BaseImporter {
  public:
   using VertexHandle = OpenMesh::VertexHandle;
@@ -57,6 +58,12 @@ class MeshImporter final : public OpenMesh::IO::BaseImporter {
     if (v.is_valid() && static_cast<std::size_t>(v.idx()) < mesh.points.size())
       mesh.points[v.idx()] = glm::dvec3(p[0], p[1], p[2]);
   }
+  void set_normal(VertexHandle v, const Vec3f& n) override { set_normal(v, Vec3d(n[0], n[1], n[2])); }
+  void set_normal(VertexHandle v, const Vec3d& n) override {
+    if (!v.is_valid()) return;
+    mesh.normals.resize(std::max(mesh.normals.size(), static_cast<std::size_t>(v.idx()) + 1));
+    mesh.normals[v.idx()] = glm::vec3(n[0], n[1], n[2]);
+  }
   FaceHandle add_face(const VHandles& corners) override {
     for (const VertexHandle v : corners) mesh.corners.push_back(static_cast<std::uint32_t>(v.idx()));
     mesh.face_sizes.push_back(static_cast<std::uint32_t>(corners.size()));
@@ -86,8 +93,6 @@ class MeshImporter final : public OpenMesh::IO::BaseImporter {
   void add_face_texcoords(FaceHandle, VertexHandle, const std::vector<Vec2f>&) override {}
   void add_face_texcoords(FaceHandle, VertexHandle, const std::vector<Vec3f>&) override {}
   void set_face_texindex(FaceHandle, int) override {}
-  void set_normal(VertexHandle, const Vec3f&) override {}
-  void set_normal(VertexHandle, const Vec3d&) override {}
   void set_normal(FaceHandle, const Vec3f&) override {}
   void set_normal(FaceHandle, const Vec3d&) override {}
   void set_color(VertexHandle, const Vec3uc&) override {}

@@ -1,5 +1,5 @@
 // Modules, loaded after the drivers of OpenCL.
-#include "module.hpp"
+#include "io/module.hpp"
 
 #include <CL/cl.h>
 #include <dlfcn.h>

@@ -1,6 +1,6 @@
 // Parts of Parian that are loaded when they are needed first, for what they bring along.
 #pragma once
-#include "error.hpp"
+#include "core/error.hpp"
 
 namespace parian {
 

@@ -1,12 +1,11 @@
 // Reads PLY headers line by line.
-#include "ply_header.hpp"
+#include "io/ply_header.hpp"
 
 #include <fmt/format.h>
 
 #include <array>
-#include <string_view>
 
-#include "mesh_prepare.hpp"
+#include "io/mesh_reading.hpp"
 
 namespace parian::ply {
 namespace {
@@ -59,12 +58,7 @@ Property read_property(Words& words, const std::string& file) {
 
 }  // namespace
 
-std::size_t size_of(Type type) {
-  constexpr std::array<std::size_t, 8> sizes{1, 1, 2, 2, 4, 4, 4, 8};
-  return sizes[static_cast<std::size_t>(type)];
-}
-
-Header read_header(const std::string& bytes, const std::string& file) {
+Header read_header(std::string_view bytes, const std::string& file) {
   Words words(bytes);
   const std::string_view magic = words.next_in_line();
   if (magic != "ply" && magic != "PLY") refuse(file, 1, "this isn't a PLY file, whose first line is 'ply'");

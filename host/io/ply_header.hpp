@@ -1,9 +1,11 @@
 // The header of a PLY file: its elements, their properties, and where the body begins.
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace parian::ply {
@@ -33,9 +35,12 @@ struct Header {
 };
 
 /// Bytes of a number of that type.
-[[nodiscard]] std::size_t size_of(Type type);
+[[nodiscard]] constexpr std::size_t size_of(Type type) {
+  constexpr std::array<std::size_t, 8> sizes{1, 1, 2, 2, 4, 4, 4, 8};
+  return sizes[static_cast<std::size_t>(type)];
+}
 
 /// Reads the header. Throws Error(input) with the line.
-[[nodiscard]] Header read_header(const std::string& bytes, const std::string& file);
+[[nodiscard]] Header read_header(std::string_view bytes, const std::string& file);
 
 }  // namespace parian::ply

@@ -1,12 +1,14 @@
 // The table of render options: names, ranges and what they set.
-#include "render_options.hpp"
+#include "io/render_options.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <limits>
+
+#include "scene/limits.hpp"
 
 namespace parian {
 namespace {
@@ -20,16 +22,20 @@ double number_of(const OptionValue& value, std::string& problem) {
   return 0;
 }
 
-RenderOption number(std::string name, std::string values, std::string help, double Settings::*member, double least,
-                    double most) {
+/// The row of a table of limits that is about `member`.
+template <class Table, class Member>
+const auto& limit_of(const Table& table, Member member) {
+  return *std::find_if(table.begin(), table.end(), [=](const auto& row) { return row.member == member; });
+}
+
+RenderOption number(std::string name, std::string values, std::string help, double Settings::*member) {
+  const Interval limit = limit_of(number_settings, member).limit;
   RenderOption option{std::move(name), std::move(values), std::move(help), false, {}, {}};
   option.set = [=](Settings& settings, const OptionValue& value) {
     std::string problem;
     const double x = number_of(value, problem);
     if (!problem.empty()) return problem;
-    if (!(x >= least && x <= most)) {
-      return fmt::format("{} is out of range; give a number from {} to {}", x, least, most);
-    }
+    if (!limit.holds(x)) return fmt::format("{} is out of range; give {}", x, limit.text());
     settings.*member = x;
     return std::string();
   };
@@ -37,18 +43,14 @@ RenderOption number(std::string name, std::string values, std::string help, doub
   return option;
 }
 
-/// A whole number from `least` to `most` that `step` divides.
-RenderOption whole(std::string name, std::string help, std::uint32_t Settings::*member, std::uint32_t least,
-                   std::uint32_t most, std::uint32_t step = 1) {
+RenderOption whole(std::string name, std::string help, std::uint32_t Settings::*member) {
+  const WholeSetting limit = limit_of(whole_settings, member);
   RenderOption option{std::move(name), "N", std::move(help), false, {}, {}};
   option.set = [=](Settings& settings, const OptionValue& value) {
     std::string problem;
     const double x = number_of(value, problem);
     if (!problem.empty()) return problem;
-    if (!(x >= least && x <= most && std::floor(x / step) * step == x)) {
-      return fmt::format("{} is not {} number from {} to {}; give one", x, step == 2 ? "an even" : "a whole", least,
-                         most);
-    }
+    if (!limit.holds(x)) return fmt::format("{} is not {}; give one", x, limit.text());
     settings.*member = static_cast<std::uint32_t>(x);
     return std::string();
   };
@@ -125,27 +127,25 @@ RenderOption keep() {
 }
 
 std::vector<RenderOption> make_options() {
-  constexpr std::uint32_t any = std::numeric_limits<std::uint32_t>::max();
-  constexpr double year = 365.0 * 86400.0;
   return {
-      number("error", "E", "stop when the estimated relMSE is below E twice; 0: never", &Settings::error, 0, 1e6),
-      whole("frames", "stop after N frames", &Settings::frames, 1, any),
-      number("time", "S", "stop after S seconds from the first frame; 0: no limit", &Settings::time, 0, year),
-      whole("layers", "directions from which the surface is stored", &Settings::layers, 1, 256),
-      whole("layer-size", "texels along a layer's side", &Settings::layer_size, 8, 8192),
-      whole("light-map-size", "texels along a light map's side", &Settings::light_map_size, 8, 8192),
+      number("error", "E", "stop when the estimated relMSE is below E twice; 0: never", &Settings::error),
+      whole("frames", "stop after N frames", &Settings::frames),
+      number("time", "S", "stop after S seconds from the first frame; 0: no limit", &Settings::time),
+      whole("layers", "directions from which the surface is stored", &Settings::layers),
+      whole("layer-size", "texels along a layer's side", &Settings::layer_size),
+      whole("light-map-size", "texels along a light map's side", &Settings::light_map_size),
       on_off("light-map-shift", "shift the light map's grid now and then", &Settings::light_map_shift),
-      whole("samples", "samples per texel and frame, shared by the lights, at least two each; even", &Settings::samples,
-            2, 65536, 2),
-      choice("model", "the dipole", &Settings::model, {"directional", "standard", "better"}),
+      whole("samples", "samples per texel and frame, shared by the lights, at least two each; even",
+            &Settings::samples),
+      choice("model", "the dipole", &Settings::model, {model_names.begin(), model_names.end()}),
       choice("estimator", "how places on the light map are drawn", &Settings::estimator, {"auto", "radial", "disc"}),
       number("disc-radius", "MM", "the disc's radius, with --estimator disc; 0: from the material",
-             &Settings::disc_radius, 0, 1e6),
+             &Settings::disc_radius),
       choice("gather",
              "layers, or the cameras' own views alone; auto: these while they have neither larger texels nor more",
              &Settings::gather, {"auto", "layers", "camera"}),
       flag("no-pyramids", "don't blur early frames", &Settings::pyramids, false),
-      whole("seed", "another seed, another noise", &Settings::seed, 0, any),
+      whole("seed", "another seed, another noise", &Settings::seed),
       keep(),
       flag("force", "render even if the device's memory seems too small or it fails its self-test", &Settings::force,
            true),

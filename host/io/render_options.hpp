@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "scene.hpp"
+#include "scene/scene.hpp"
 
 namespace parian {
 

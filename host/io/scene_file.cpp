@@ -1,19 +1,18 @@
 // Reading scenes' TOML: every key of the format, checked where it stands.
-#include "scene_file.hpp"
+#include "io/scene_file.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "medium.hpp"
-#include "nearest.hpp"
-#include "toml_table.hpp"
+#include "core/nearest.hpp"
+#include "io/toml_table.hpp"
+#include "scene/limits.hpp"
+#include "scene/medium.hpp"
 
 namespace parian {
 namespace {
-
-constexpr double largest_coefficient = 1e6;  // 1/mm
 
 CameraChoice read_camera(const toml::table& node, const std::string& file, const std::string& name) {
   TomlTable table(node, file, name);
@@ -21,7 +20,7 @@ CameraChoice read_camera(const toml::table& node, const std::string& file, const
   camera.eye = table.vector("eye");
   camera.target = table.vector("target");
   camera.up = table.vector("up");
-  camera.fov = table.number("fov", least_fov, largest_fov);
+  camera.fov = table.number("fov", fov_limit);
   camera.place = table.place(camera.eye ? "eye" : "");
   table.finish();
   if (camera.target && !camera.eye) {
@@ -42,9 +41,7 @@ DirectionalLight read_light(const toml::table& node, const std::string& file) {
   table.finish();
   if (towards) light.towards = *towards;
   if (irradiance) light.irradiance = *irradiance;
-  if (std::string problem = problem_with(light); !problem.empty()) {
-    table.fail(towards && glm::length(*towards) == 0 ? "towards" : "irradiance", problem);
-  }
+  if (const auto problem = problem_of(light)) table.fail(problem->field, problem->text());
   return light;
 }
 
@@ -56,7 +53,7 @@ Material read_material(const toml::table& node, const std::string& file, const s
   const auto sigma_s_prime = table.vector("sigma_s_prime");
   const auto sigma_a = table.vector("sigma_a");
   const auto g = table.vector_or_number("g");
-  const auto ior = table.positive("ior", 100.0);
+  const auto ior = table.number("ior", ior_limit);
   table.finish();
   if (sigma_s && sigma_s_prime) {
     table.fail("sigma_s_prime", "sigma_s and sigma_s_prime are both given; keep one (sigma_s_prime = sigma_s (1 - g))");
@@ -68,18 +65,10 @@ Material read_material(const toml::table& node, const std::string& file, const s
   material.sigma_a = *sigma_a;
   if (g) material.g = *g;
   if (ior) material.ior = *ior;
-  const char* scattering = sigma_s ? "sigma_s" : "sigma_s_prime";
-  for (int i = 0; i < 3; ++i) {
-    for (const auto& [key, value] : {std::pair{scattering, material.sigma_s[i]}, {"sigma_a", material.sigma_a[i]}}) {
-      if (value < 0 || value > largest_coefficient) {
-        table.fail(key, fmt::format("{} holds {}; give numbers from 0 to {} (1/mm)", key, value, largest_coefficient));
-      }
-    }
-    if (!(std::abs(material.g[i]) < 1)) {
-      table.fail("g", fmt::format("g holds {}; give numbers between -1 and 1", material.g[i]));
-    }
+  if (const auto problem = problem_of(material)) {
+    const std::string key = problem->field == "sigma_s" && sigma_s_prime ? "sigma_s_prime" : problem->field;
+    table.fail(key, key + " " + problem->what);
   }
-  validate(material, table.place());
   return material;
 }
 
@@ -90,7 +79,7 @@ SceneObject read_object(const toml::table& node, const std::filesystem::path& pa
   const auto material = table.text("material");
   const auto translate = table.vector("translate");
   const auto rotate = table.vector("rotate");
-  const auto scale = table.positive("scale", 1e9);
+  const auto scale = table.number("scale", scale_limit);
   table.finish();
   if (!mesh) table.fail("", "the object has no mesh; add mesh = \"FILE\"");
   object.mesh = path.parent_path() / *mesh;
@@ -158,8 +147,8 @@ void read_render(const toml::table& node, const std::string& file, SceneFile& sc
 }
 
 void read_size(TomlTable& top, SceneFile& scene) {
-  scene.size_mm = top.positive("size_mm", largest_length);
-  const auto unit = top.positive("unit", largest_length);
+  scene.size_mm = top.number("size_mm", length_limit);
+  const auto unit = top.number("unit", length_limit);
   if (unit && scene.size_mm) top.fail("unit", "size_mm and unit are both given; keep one of them");
   if (unit) scene.unit = *unit;
 }

@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "error.hpp"
-#include "image_file.hpp"
-#include "render_options.hpp"
-#include "scene.hpp"
+#include "core/error.hpp"
+#include "io/image_file.hpp"
+#include "io/render_options.hpp"
+#include "scene/scene.hpp"
 
 namespace parian {
 
@@ -74,18 +74,9 @@ struct Input {
   std::vector<std::pair<std::string, std::filesystem::path>> files;
 };
 
-/// Full vertical angles that a camera can have, in degrees.
-inline constexpr double least_fov = 0.01, largest_fov = 179.0;
-
-/// Largest length in a scene, in mm: positions must survive single precision.
-inline constexpr double largest_length = 1e9;
-
 /// Reads `path`, a scene (.toml) or a bare mesh, and applies `overrides`. Throws Error(input) for what the files hold
 /// and Error(usage) for what the overrides say.
 [[nodiscard]] Input load_input(const std::filesystem::path& path, const Overrides& overrides);
-
-/// Returns "" or what is wrong with the light and what to do.
-[[nodiscard]] std::string problem_with(const DirectionalLight& light);
 
 /// The camera that `choice` asks for; missing parts are chosen so that a sphere of `centre` and `radius` fits a film
 /// of width/height `aspect`. Throws Error(kind) at `choice.place` when it looks nowhere.

@@ -4,36 +4,28 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
-#include <limits>
 #include <new>
 
-#include "medium.hpp"
-#include "mesh_file.hpp"
-#include "nearest.hpp"
-#include "rounding.hpp"
-#include "scene_file.hpp"
-#include "thin_parts.hpp"
+#include "core/nearest.hpp"
+#include "io/mesh_file.hpp"
+#include "io/scene_file.hpp"
+#include "io/thin_parts.hpp"
+#include "scene/box.hpp"
+#include "scene/limits.hpp"
+#include "scene/medium.hpp"
+#include "scene/rounding.hpp"
 
 namespace parian {
 namespace {
 
 constexpr double default_size_mm = 100.0;
-constexpr double largest_irradiance = 1e9;
 const glm::dvec3 default_view{0.2, 0.15, 1.0};  // from the object's centre to the default camera
 constexpr double fit_margin = 1.02;             // so that the bounding sphere doesn't touch the film's edge
 
-struct Box {
-  glm::dvec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
-  void add(const glm::dvec3& p) {
-    low = glm::min(low, p);
-    high = glm::max(high, p);
-  }
-  [[nodiscard]] glm::dvec3 centre() const { return 0.5 * low + 0.5 * high; }
-  [[nodiscard]] double longest() const { return std::max({high.x - low.x, high.y - low.y, high.z - low.z}); }
-};
+glm::dvec3 centre_of(const Box<>& box) { return 0.5 * box.low + 0.5 * box.high; }
 
 /// The box of the points that faces use. Indices out of range and points that aren't finite are left to clean_mesh.
-Box box_of(const PolygonMesh& mesh) {
+Box<> box_of(const PolygonMesh& mesh) {
   Box box;
   for (const std::uint32_t corner : mesh.corners) {
     if (corner < mesh.points.size()) box.add(mesh.points[corner]);
@@ -50,19 +42,20 @@ glm::dmat3 rotation(const glm::dvec3& degrees) {
 
 /// Moves the points of a mesh as the scene says, before it is cleaned.
 void place_mesh(PolygonMesh& mesh, const SceneFile& scene) {
-  const Box box = box_of(mesh);
-  if (!(box.longest() >= 0) || !std::isfinite(box.longest())) return;  // clean_mesh says what is wrong
+  const Box<> box = box_of(mesh);
+  const double side = longest(box.size());
+  if (!(side >= 0) || !std::isfinite(side)) return;  // clean_mesh says what is wrong
   const std::string file = scene.object.mesh.string();
   double unit = scene.unit;
   if (scene.size_mm) {
-    if (box.longest() == 0) {
+    if (side == 0) {
       throw Error(ErrorKind::input, fmt::format("{}: all points are at one place; check the file", file));
     }
-    unit = *scene.size_mm / box.longest();
+    unit = *scene.size_mm / side;
   }
   if (std::string line = rounding_warning(mesh.points, box.low, box.high); !line.empty())
     mesh.warnings.push_back(std::move(line));
-  const glm::dvec3 origin = scene.object.centred ? box.centre() : glm::dvec3(0.0);
+  const glm::dvec3 origin = scene.object.centred ? centre_of(box) : glm::dvec3(0.0);
   const glm::dmat3 linear = rotation(scene.object.rotate);
   const double factor = scene.object.scale * unit;
   double farthest = 0;
@@ -130,7 +123,7 @@ void choose_cameras(Scene& scene, const SceneFile& file, const Overrides& overri
   Box box;
   for (const glm::dvec3& p : scene.mesh.positions) box.add(p);
   double radius = 0;
-  for (const glm::dvec3& p : scene.mesh.positions) radius = std::max(radius, glm::distance(p, box.centre()));
+  for (const glm::dvec3& p : scene.mesh.positions) radius = std::max(radius, glm::distance(p, centre_of(box)));
   std::vector<CameraChoice> choices{file.camera};
   ErrorKind kind = ErrorKind::input;
   if (overrides.cameras) {
@@ -144,22 +137,11 @@ void choose_cameras(Scene& scene, const SceneFile& file, const Overrides& overri
   const double aspect = static_cast<double>(scene.film.x) / scene.film.y;
   for (CameraChoice& choice : choices) {
     if (overrides.fov) choice.fov = overrides.fov;
-    scene.cameras.push_back(place_camera(choice, box.centre(), radius, aspect, kind));
+    scene.cameras.push_back(place_camera(choice, centre_of(box), radius, aspect, kind));
   }
 }
 
 }  // namespace
-
-std::string problem_with(const DirectionalLight& light) {
-  const double length = glm::length(light.towards);
-  if (!(length > 0) || !std::isfinite(length)) return "the light's direction has no length; give another";
-  for (int i = 0; i < 3; ++i) {
-    if (!(light.irradiance[i] >= 0 && light.irradiance[i] <= largest_irradiance)) {
-      return fmt::format("the irradiance holds {}; give numbers from 0 to {}", light.irradiance[i], largest_irradiance);
-    }
-  }
-  return {};
-}
 
 Camera place_camera(const CameraChoice& choice, const glm::dvec3& centre, double radius, double aspect,
                     ErrorKind kind) {
@@ -173,10 +155,9 @@ Camera place_camera(const CameraChoice& choice, const glm::dvec3& centre, double
     const double half = std::min(vertical, std::atan(std::tan(vertical) * aspect));
     camera.eye = camera.target + glm::normalize(default_view) * (fit_margin * radius / std::sin(half));
   }
+  if (const auto problem = problem_of(camera))
+    throw Error(kind, fmt::format("{}: the camera's {}", choice.place, problem->text()));
   const glm::dvec3 view = camera.target - camera.eye;
-  if (!(glm::length(view) > 0)) {
-    throw Error(kind, fmt::format("{}: the camera's eye and target are the same point; move one", choice.place));
-  }
   const auto along = [&](const glm::dvec3& up) {
     return !(glm::length(glm::cross(up, view)) > 1e-9 * glm::length(up) * glm::length(view));
   };

@@ -1,5 +1,5 @@
 // Area and box of each part, by union-find, and how large a pixel is where it lies.
-#include "thin_parts.hpp"
+#include "io/thin_parts.hpp"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,9 @@
 #include <cmath>
 #include <vector>
 
-#include "union_find.hpp"
-#include "words.hpp"
+#include "core/words.hpp"
+#include "scene/box.hpp"
+#include "scene/union_find.hpp"
 
 namespace parian {
 namespace {
@@ -16,23 +17,31 @@ namespace {
 constexpr double apart = 0.125;  // pixels, between subpixel positions
 
 struct Part {
-  glm::dvec3 low{INFINITY}, high{-INFINITY};
+  Box<> box;
   double area = 0;
 };
 
 std::vector<Part> parts_of(const Mesh& mesh) {
-  UnionFind sets(mesh.positions.size());
-  for (const glm::uvec3& t : mesh.triangles) {
-    sets.join(t.x, t.y);
-    sets.join(t.x, t.z);
+  std::vector<std::uint32_t> number(mesh.positions.size(), 0);  // of each point's part
+  std::uint32_t count = 1;
+  if (mesh.counts.parts != 1) {  // those may touch in points
+    UnionFind sets(mesh.positions.size());
+    for (const glm::uvec3& t : mesh.triangles) {
+      sets.join(t.x, t.y);
+      sets.join(t.x, t.z);
+    }
+    count = 0;
+    for (std::uint32_t i = 0; i < number.size(); ++i) {
+      const std::uint32_t lowest = sets.find(i);
+      number[i] = lowest == i ? count++ : number[lowest];
+    }
   }
-  std::vector<Part> parts(mesh.positions.size());
+  std::vector<Part> parts(count);
   for (const glm::uvec3& t : mesh.triangles) {
     const glm::dvec3 a = mesh.positions[t.x], b = mesh.positions[t.y], c = mesh.positions[t.z];
-    Part& part = parts[sets.find(t.x)];
+    Part& part = parts[number[t.x]];
     part.area += 0.5 * glm::length(glm::cross(b - a, c - a));
-    part.low = glm::min(part.low, glm::min(a, glm::min(b, c)));
-    part.high = glm::max(part.high, glm::max(a, glm::max(b, c)));
+    for (const glm::dvec3& p : {a, b, c}) part.box.add(p);
   }
   std::erase_if(parts, [](const Part& part) { return !(part.area > 0); });
   return parts;
@@ -46,11 +55,11 @@ std::string thin_parts_warning(const Scene& scene) {
   std::size_t thin = 0, thinnest_in = 0;
   double thinnest = INFINITY;
   for (const Part& part : parts) {
-    const double length = glm::length(part.high - part.low), width = part.area / (sides * length);
+    const double length = glm::length(part.box.size()), width = part.area / (sides * length);
     bool missed = false;
     for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
       const Camera& camera = scene.cameras[i];
-      const double distance = glm::length(0.5 * (part.low + part.high) - camera.eye);
+      const double distance = glm::length(0.5 * (part.box.low + part.box.high) - camera.eye);
       const double pixel = 2 * distance * std::tan(glm::radians(0.5 * camera.fov)) / scene.film.y;
       if (!(length > pixel) || !(width < apart * pixel)) continue;
       missed = true;

@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "scene.hpp"
+#include "scene/scene.hpp"
 
 namespace parian {
 

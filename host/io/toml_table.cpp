@@ -1,5 +1,5 @@
 // Typed, checked reading of TOML tables.
-#include "toml_table.hpp"
+#include "io/toml_table.hpp"
 
 #include <fmt/format.h>
 
@@ -7,12 +7,11 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <sstream>
 
-#include "error.hpp"
-#include "foreign_file.hpp"
-#include "nearest.hpp"
+#include "core/error.hpp"
+#include "core/nearest.hpp"
+#include "io/foreign_file.hpp"
 
 namespace parian {
 namespace {
@@ -116,19 +115,11 @@ glm::dvec3 TomlTable::three(const toml::node& node, std::string_view key) const 
   return result;
 }
 
-std::optional<double> TomlTable::number(std::string_view key, double least, double most) {
+std::optional<double> TomlTable::number(std::string_view key, const Interval& limit) {
   const toml::node* node = ask(key);
   if (!node) return std::nullopt;
   const double value = finite(*node, key, "a number");
-  if (value < least || value > most) {
-    fail(key, fmt::format("{} = {} is out of range; give a number from {} to {}", key, value, least, most));
-  }
-  return value;
-}
-
-std::optional<double> TomlTable::positive(std::string_view key, double most) {
-  const auto value = number(key, -std::numeric_limits<double>::max(), most);
-  if (value && *value <= 0) fail(key, fmt::format("{} = {} is not above 0; give a positive number", key, *value));
+  if (!limit.holds(value)) fail(key, fmt::format("{} = {} is out of range; give {}", key, value, limit.text()));
   return value;
 }
 

@@ -8,7 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "render_options.hpp"
+#include "io/render_options.hpp"
+#include "scene/limits.hpp"
 
 namespace parian {
 
@@ -21,8 +22,7 @@ class TomlTable {
   /// `name` is how messages call the table, such as "[film]"; empty for the top of the file. `line` is where it starts.
   TomlTable(const toml::table& table, std::string file, std::string name);
 
-  [[nodiscard]] std::optional<double> number(std::string_view key, double least, double most);
-  [[nodiscard]] std::optional<double> positive(std::string_view key, double most);
+  [[nodiscard]] std::optional<double> number(std::string_view key, const Interval& limit);
   [[nodiscard]] std::optional<glm::dvec3> vector(std::string_view key);
   /// Three numbers, or one number for all three.
   [[nodiscard]] std::optional<glm::dvec3> vector_or_number(std::string_view key);

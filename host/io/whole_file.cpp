@@ -1,5 +1,5 @@
 // Writing beside, then renaming.
-#include "whole_file.hpp"
+#include "io/whole_file.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -10,7 +10,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "error.hpp"
+#include "core/error.hpp"
 
 namespace parian {
 namespace {

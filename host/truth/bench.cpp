@@ -1,5 +1,5 @@
 // Runs frames, takes what each kernel did from the renderer's table, and sets it beside what that costs.
-#include "bench.hpp"
+#include "truth/bench.hpp"
 
 #include <fmt/format.h>
 
@@ -9,10 +9,10 @@
 #include <initializer_list>
 #include <utility>
 
-#include "bench_costs.hpp"
-#include "compute.hpp"
-#include "embedded.hpp"
-#include "plan.hpp"
+#include "core/compute.hpp"
+#include "core/embedded.hpp"
+#include "plan/plan.hpp"
+#include "truth/bench_costs.hpp"
 
 namespace parian {
 namespace {
@@ -198,7 +198,7 @@ class Accounts {
   void add_raster(BenchPass& pass, Stage stage) const {
     const double setups = items(stage, "raster_setup") / times(stage);
     const double side_by_side = stage == Stage::gather ? POSITIONS_SIDE_BY_SIDE : 1;
-    const double drawn = side_by_side * items(stage, "raster_depth") / times(stage) / plan_.slots;
+    const double drawn = side_by_side * items(stage, "raster_depth") / times(stage) / plan_.records;
     const double records = (items(stage, "raster_depth") + items(stage, "raster_ids")) / times(stage);
     add(pass, stage, "triangles", "triangles", raster, drawn,
         {setups * costs::raster_setup.operations + records * costs::raster_draw.operations,
@@ -247,7 +247,7 @@ Bench bench(const Scene& scene, const Settings& settings, const std::string& sel
   result.runs = runs;
   result.peak = measure_peak(selector, runs);
   Renderer renderer(one, every, selector);
-  std::vector<Run> counted;
+  std::vector<Run> counted;  // not render_frames: each frame has a picture, and the tables around it
   for (std::uint32_t run = 0; run <= runs; ++run) {  // the first compiles
     Run done = render_once(renderer, result.relmse);
     if (run > 0) counted.push_back(std::move(done));

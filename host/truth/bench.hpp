@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "renderer.hpp"
-#include "scene.hpp"
-#include "spread.hpp"
+#include "render/renderer.hpp"
+#include "scene/scene.hpp"
+#include "truth/spread.hpp"
 
 namespace parian {
 

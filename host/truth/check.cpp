@@ -1,5 +1,5 @@
 // Runs what a device is checked by, one result after the other.
-#include "check.hpp"
+#include "truth/check.hpp"
 
 #include <fmt/format.h>
 
@@ -7,12 +7,12 @@
 #include <chrono>
 #include <cmath>
 
-#include "extreme_cases.hpp"
-#include "plan.hpp"
-#include "program_folder.hpp"
-#include "self_test.hpp"
-#include "stiff_scenes.hpp"
-#include "words.hpp"
+#include "core/words.hpp"
+#include "plan/plan.hpp"
+#include "render/self_test.hpp"
+#include "session/program_folder.hpp"
+#include "truth/extreme_cases.hpp"
+#include "truth/stiff_scenes.hpp"
 
 namespace parian {
 namespace {
@@ -35,18 +35,18 @@ class Recorder {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-/// The library's program on the device, with the options that a render with `model` has there.
-struct Program {
-  Program(const CheckSettings& settings, Model model) : compute(settings.device) {
+/// The device, and the lanes that a render with `model` has there.
+struct Judged {
+  Judged(const CheckSettings& settings, Model model) : compute(settings.device), program(settings.program) {
     Settings ordinary = ordinary_settings();
     ordinary.model = model;
     const Plan plan = make_plan(ordinary_scene(), ordinary, compute.info());
     keep_programs(compute);
-    compute.build(plan.options, settings.program);
     lanes = plan.lanes;
   }
   Compute compute;
   std::uint32_t lanes = 1;
+  const std::string& program;
 };
 
 /// What a case comes to; an error that isn't documented is an infinite one that says so.
@@ -59,10 +59,10 @@ Finding run_finding(const std::function<Finding(Trial&)>& run, Trial& trial) {
 }
 
 /// Judges `cases` by the rule of vector files and adds what came of it.
-void add_judgement(CheckReport& report, Recorder& recorder, Program& program, const std::vector<VectorCase>& cases,
+void add_judgement(CheckReport& report, Recorder& recorder, Judged& judged, const std::vector<VectorCase>& cases,
                    Model model, const std::string& section) {
   const auto m = static_cast<std::size_t>(model);
-  const Judgement j = judge(cases, device_bssrdf(program.compute, cases, model, program.lanes), model);
+  const Judgement j = judge(cases, device_bssrdf(judged.compute, cases, model, judged.lanes, judged.program), model);
   if (j.cases == 0) return;
   CheckResult result{section, model_names[m], "", "", j.worst_of_tol, 1, j.passed(), 0};
   result.outcome = fmt::format("{} pairs within tol, median {:.0e}, 99.9 % {:.0e}", j.cases, Judgement::median_limit,
@@ -91,13 +91,13 @@ CheckReport check_device(const CheckSettings& settings) {
   Recorder recorder(report, settings);
   const std::vector<VectorCase> cases = random_vectors(settings.random_cases, settings.seed);
   for (const Model model : models) {
-    Program program(settings, model);
+    Judged judged(settings, model);
     if (model == models.front()) {
-      report.device = program.compute.info();
-      for (const SelfTestAnswer& a : self_test(program.compute, model, program.lanes))
+      report.device = judged.compute.info();
+      for (const SelfTestAnswer& a : self_test(judged.compute, model, judged.lanes, settings.program))
         recorder.add({"self-test", a.name, "the known answer", a.found, 0, 0, a.passed, 0});
     }
-    add_judgement(report, recorder, program, cases, model, "random");
+    add_judgement(report, recorder, judged, cases, model, "random");
   }
   if (!settings.scenes) return report;
   Trial trial(settings.device);
@@ -117,9 +117,9 @@ CheckReport check_vectors(const CheckSettings& settings, const std::vector<Vecto
   report.seed = settings.seed;
   Recorder recorder(report, settings);
   for (const Model model : models) {
-    Program program(settings, model);
-    report.device = program.compute.info();
-    add_judgement(report, recorder, program, cases, model, "vectors");
+    Judged judged(settings, model);
+    report.device = judged.compute.info();
+    add_judgement(report, recorder, judged, cases, model, "vectors");
   }
   return report;
 }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "trial.hpp"
+#include "truth/trial.hpp"
 
 namespace parian {
 
@@ -30,11 +30,11 @@ struct CheckReport {
 
 /// What to check, on what.
 struct CheckSettings {
-  std::string device;                    ///< as Renderer takes it
-  std::uint32_t seed = 0;                ///< of the random cases
-  std::size_t random_cases = 100000;     ///< for each model
-  bool scenes = true;                    ///< whether to render the extreme cases and the stiff scenes, too
-  std::string program = kernel_sources;  ///< that is judged; only tests change it
+  std::string device;                       ///< as Renderer takes it
+  std::uint32_t seed = 0;                   ///< of the random cases
+  std::size_t random_cases = 100000;        ///< for each model
+  bool scenes = true;                       ///< whether to render the extreme cases and the stiff scenes, too
+  std::string program = self_test_sources;  ///< that is judged; only tests change it
   std::function<void(const CheckResult&)> progress = [](const CheckResult&) {};  ///< is told each result at once
 };
 

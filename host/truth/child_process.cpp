@@ -1,5 +1,5 @@
 // A child process, a pipe from it, and a deadline.
-#include "child_process.hpp"
+#include "truth/child_process.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -14,7 +14,7 @@
 #include <csignal>
 #include <cstring>
 
-#include "error.hpp"
+#include "core/error.hpp"
 
 #ifdef __linux__
 #include <sys/prctl.h>

@@ -1,5 +1,5 @@
 // Mean squared errors over the pixels that both pictures cover.
-#include "compare.hpp"
+#include "truth/compare.hpp"
 
 #include <fmt/format.h>
 
@@ -7,17 +7,16 @@
 #include <cmath>
 #include <vector>
 
-#include "error.hpp"
+#include "core/error.hpp"
+#include "core/relative_error.hpp"
 
 namespace parian {
 namespace {
 
-constexpr float covered = 0.999F;  // alpha from which a pixel counts as the object's
-
-/// The pixels that count, and what is added to R^2 so that black divides nothing.
+/// The pixels that count, and what their squared errors are relative to.
 struct Common {
   std::vector<std::size_t> covered, edge;
-  double epsilon_squared = 0;
+  RelativeTo relative{0};
 };
 
 void check_finite(const Image& image, const char* name) {
@@ -28,7 +27,7 @@ void check_finite(const Image& image, const char* name) {
       }
 }
 
-Common common_pixels(const Image& picture, const Image& reference) {
+Common common_pixels(const Image& picture, const Image& reference, const Image& relative_to) {
   if (picture.width != reference.width || picture.height != reference.height) {
     throw Error(ErrorKind::input,
                 fmt::format("the picture has {}x{} pixels and the reference {}x{}; give both the same --size",
@@ -36,13 +35,14 @@ Common common_pixels(const Image& picture, const Image& reference) {
   }
   check_finite(picture, "the picture");
   check_finite(reference, "the reference");
+  if (&relative_to != &reference) check_finite(relative_to, "what errors are relative to");
   Common common;
   double sum = 0;
   for (std::size_t i = 0; i < picture.rgba.size() / 4; ++i) {
     const float a = picture.rgba[4 * i + 3], b = reference.rgba[4 * i + 3];
-    if (std::min(a, b) >= covered) {
+    if (std::min({a, b, relative_to.rgba[4 * i + 3]}) >= fully_covered) {
       common.covered.push_back(i);
-      for (int c = 0; c < 3; ++c) sum += static_cast<double>(reference.rgba[4 * i + c]);
+      for (int c = 0; c < 3; ++c) sum += static_cast<double>(relative_to.rgba[4 * i + c]);
     } else if (std::max(a, b) > 0.0F) {
       common.edge.push_back(i);
     }
@@ -51,8 +51,7 @@ Common common_pixels(const Image& picture, const Image& reference) {
     throw Error(ErrorKind::input,
                 "no pixel is covered fully by the object in both pictures; compare pictures of the same camera");
   }
-  const double epsilon = 0.01 * sum / (3.0 * static_cast<double>(common.covered.size()));
-  common.epsilon_squared = epsilon * epsilon;
+  common.relative = RelativeTo(sum, 3.0 * static_cast<double>(common.covered.size()));
   return common;
 }
 
@@ -69,11 +68,12 @@ double variance_at(const Image& image, std::size_t i, int c) {
   return e * e;
 }
 
-PixelError pixel_error(const Image& picture, const Image& reference, const Common& common, std::size_t i) {
+PixelError pixel_error(const Image& picture, const Image& reference, const Image& relative_to, const Common& common,
+                       std::size_t i) {
   PixelError e;
   for (int c = 0; c < 3; ++c) {
-    const double r = reference.rgba[4 * i + c], d = static_cast<double>(picture.rgba[4 * i + c]) - r;
-    const double norm = r * r + common.epsilon_squared;
+    const double d = static_cast<double>(picture.rgba[4 * i + c]) - static_cast<double>(reference.rgba[4 * i + c]);
+    const double norm = common.relative(relative_to.rgba[4 * i + c]);
     if (norm == 0.0) {  // an all-black reference: any light is an infinite relative error
       if (d != 0.0) e.relative = INFINITY;
       e.squared += d * d / 3;
@@ -91,8 +91,10 @@ PixelError pixel_error(const Image& picture, const Image& reference, const Commo
 
 }  // namespace
 
-Comparison compare(const Image& picture, const Image& reference) {
-  const Common common = common_pixels(picture, reference);
+Comparison compare(const Image& picture, const Image& reference) { return compare(picture, reference, reference); }
+
+Comparison compare(const Image& picture, const Image& reference, const Image& relative_to) {
+  const Common common = common_pixels(picture, reference, relative_to);
   Comparison result;
   result.pixels = common.covered.size();
   const auto n = static_cast<double>(result.pixels);
@@ -101,7 +103,7 @@ Comparison compare(const Image& picture, const Image& reference) {
   errors.reserve(common.covered.size());
   PixelError mean;
   for (const std::size_t i : common.covered) {
-    const PixelError e = pixel_error(picture, reference, common, i);
+    const PixelError e = pixel_error(picture, reference, relative_to, common, i);
     errors.push_back(e);
     mean.squared += e.squared / n;
     mean.relative += e.relative / n;
@@ -136,7 +138,7 @@ Comparison compare(const Image& picture, const Image& reference) {
   if (!common.edge.empty()) {
     result.relmse_edge = 0.0;
     for (const std::size_t i : common.edge) {
-      const PixelError e = pixel_error(picture, reference, common, i);
+      const PixelError e = pixel_error(picture, reference, relative_to, common, i);
       result.relmse_edge += (e.relative - e.relative_variance) / static_cast<double>(common.edge.size());
     }
     result.relmse_edge = std::max(0.0, result.relmse_edge);
@@ -144,14 +146,21 @@ Comparison compare(const Image& picture, const Image& reference) {
   return result;
 }
 
+std::vector<double> pixel_errors(const Image& picture, const Image& reference) {
+  const Common common = common_pixels(picture, reference, reference);
+  std::vector<double> errors(picture.rgba.size() / 4, -1.0);
+  for (const std::size_t i : common.covered) errors[i] = pixel_error(picture, reference, reference, common, i).relative;
+  return errors;
+}
+
 Image signed_difference(const Image& picture, const Image& reference, double scale) {
-  const Common common = common_pixels(picture, reference);
+  const Common common = common_pixels(picture, reference, reference);
   Image image{picture.width, picture.height, std::vector<float>(picture.rgba.size(), 0.0F), -1.0, {}};
   for (const std::size_t i : common.covered) {
     double error = 0;
     for (int c = 0; c < 3; ++c) {
       const double r = reference.rgba[4 * i + c], d = static_cast<double>(picture.rgba[4 * i + c]) - r;
-      const double norm = std::sqrt(r * r + common.epsilon_squared);
+      const double norm = std::sqrt(common.relative(r));
       if (norm > 0.0) error += d / norm / 3;
     }
     const auto t = static_cast<float>(std::clamp(error / scale, -1.0, 1.0));

@@ -1,12 +1,12 @@
 // Statistics of error curves, in the logarithms of time and error.
-#include "convergence.hpp"
+#include "truth/convergence.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "plot.hpp"
+#include "truth/plot.hpp"
 
 namespace parian {
 namespace {

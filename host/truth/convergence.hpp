@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "report.hpp"
-#include "spread.hpp"
+#include "truth/report.hpp"
+#include "truth/spread.hpp"
 
 namespace parian {
 

@@ -1,6 +1,6 @@
 // The table of extreme cases. Right values need no stored number: they are double forms, exact zeros, coverage known in
 // closed form, or pictures that a symmetry makes equal.
-#include "extreme_cases.hpp"
+#include "truth/extreme_cases.hpp"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <future>
 
-#include "extreme_outcomes.hpp"
-#include "plan.hpp"
+#include "plan/plan.hpp"
+#include "truth/extreme_outcomes.hpp"
 
 namespace parian {
 namespace {

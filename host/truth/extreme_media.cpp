@@ -1,9 +1,9 @@
 // Extreme cases of media: dense and clear, white and black, and coefficients that are none.
 #include <algorithm>
 
-#include "compare.hpp"
-#include "extreme_cases.hpp"
-#include "extreme_outcomes.hpp"
+#include "truth/compare.hpp"
+#include "truth/extreme_cases.hpp"
+#include "truth/extreme_outcomes.hpp"
 
 namespace parian {
 namespace {

@@ -1,12 +1,12 @@
 // What the outcomes of extreme cases measure.
-#include "extreme_outcomes.hpp"
+#include "truth/extreme_outcomes.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "plan.hpp"
-#include "words.hpp"
+#include "core/words.hpp"
+#include "plan/plan.hpp"
 
 namespace parian {
 

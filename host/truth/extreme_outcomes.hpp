@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "trial.hpp"
+#include "truth/trial.hpp"
 
 namespace parian {
 

@@ -1,5 +1,5 @@
 // Albedo of a half-space: photons in one dimension, and the plane integral of a dipole.
-#include "half_space.hpp"
+#include "truth/half_space.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "error.hpp"
+#include "core/error.hpp"
 #include "kernels/bssrdf.h"
 
 namespace parian {
@@ -162,8 +162,7 @@ double dipole_albedo(const ChannelConstants& channel, Model model, double cos_ou
   constexpr double step = 1.0 / 16;
   const double reach = 1e11, smallest = 1e-8;
   const kernels::ExactMedium medium = exact_medium(channel, model, 1 / channel.sigma_t_prime);
-  kernels::ExactBoundary boundary = exact_boundary(channel.eta);
-  boundary.fluence = 3 * channel.C_phi / channel.C_E;  // the moments given
+  const kernels::ExactBoundary boundary = exact_boundary(channel);
   const double sine = std::sqrt(1 - cos_outside * cos_outside);
   const double T12 = kernels::fresnel_transmittance(cos_outside, boundary);
   if (T12 <= 0) return 0;

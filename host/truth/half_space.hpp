@@ -2,7 +2,7 @@
 #pragma once
 #include <cstdint>
 
-#include "medium.hpp"
+#include "scene/medium.hpp"
 
 namespace parian {
 

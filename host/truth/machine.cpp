@@ -1,5 +1,5 @@
 // What is known of the machine that a report was measured on.
-#include "machine.hpp"
+#include "truth/machine.hpp"
 
 #include <fmt/format.h>
 #include <sys/utsname.h>
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <thread>
 
-#include "embedded.hpp"
+#include "core/embedded.hpp"
 
 namespace parian {
 namespace {

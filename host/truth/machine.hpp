@@ -2,8 +2,8 @@
 #pragma once
 #include <array>
 
-#include "device.hpp"
-#include "report.hpp"
+#include "core/device.hpp"
+#include "truth/report.hpp"
 
 namespace parian {
 

@@ -1,5 +1,5 @@
 // Drawing with logarithmic axes.
-#include "plot.hpp"
+#include "truth/plot.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // Batches of camera rays; at each point of exit S_d is summed over drawn places of entry.
-#include "reference.hpp"
+#include "truth/reference.hpp"
 
 #include <fmt/format.h>
 
@@ -8,19 +8,20 @@
 #include <chrono>
 #include <cmath>
 
-#include "error.hpp"
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "core/relative_error.hpp"
 #include "kernels/bssrdf.h"
-#include "medium.hpp"
-#include "parallel.hpp"
-#include "reference_entry.hpp"
-#include "reference_surface.hpp"
-#include "views.hpp"
+#include "plan/views.hpp"
+#include "scene/limits.hpp"
+#include "scene/medium.hpp"
+#include "truth/reference_entry.hpp"
+#include "truth/reference_surface.hpp"
 
 namespace parian {
 namespace {
 
 constexpr std::uint32_t least_entries = 4;  // per light and point of exit
-constexpr float covered = 0.999F;           // alpha from which a pixel counts for its own relMSE
 constexpr std::uint32_t pilot_rays = 256;   // that find out whether a pixel straddles an edge
 constexpr std::uint32_t hasty_rays = 16;    // likewise, at least, where time is short
 constexpr std::uint32_t at_edges = 8;       // times as many camera rays in pixels that do
@@ -35,15 +36,17 @@ struct Light {
 class Transport {
  public:
   Transport(const Scene& scene, const ReferenceSettings& settings)
+      : Transport(scene, settings, optics_of(scene.material)) {}
+
+  Transport(const Scene& scene, const ReferenceSettings& settings, const Optics& optics)
       : model_(settings.model),
         space_(object_space(scene.mesh.positions)),
         view_(pinhole_view(scene.cameras.at(0), space_, scene.film)),
-        boundary_(exact_boundary(scene.material.ior)),
+        boundary_(optics.boundary),
         surface_(scene.mesh, space_) {
     for (int c = 0; c < 3; ++c) {
-      const auto constants = channel_constants(scene.material.sigma_s[c], scene.material.sigma_a[c],
-                                               scene.material.g[c], scene.material.ior);
-      const kernels::ExactMedium medium = exact_medium(constants, model_, space_.radius);
+      const kernels::ExactMedium medium =
+          exact_medium(optics.channels[static_cast<std::size_t>(c)], model_, space_.radius);
       medium_of_[c] = no_medium;
       if (medium.scale == 0) continue;  // the channel is black
       // Channels with the same coefficients share one medium: the same doubles give the same constants.
@@ -277,18 +280,18 @@ double own_relmse(const ReferenceState& state) {
   double sum = 0;
   std::vector<std::size_t> inside;
   for (std::size_t i = 0; i < state.mean.size() / 4; ++i) {
-    if (static_cast<float>(state.mean[4 * i + 3]) < covered) continue;
+    if (static_cast<float>(state.mean[4 * i + 3]) < fully_covered) continue;
     inside.push_back(i);
     for (int c = 0; c < 3; ++c) sum += state.mean[4 * i + c];
   }
   if (inside.empty() || state.batches < 2) return -1;
   const double values = 3.0 * static_cast<double>(inside.size()), n = state.batches;
-  const double epsilon = 0.01 * sum / values;
+  const RelativeTo relative(sum, values);
   double relmse = 0;
   for (const std::size_t i : inside)
     for (int c = 0; c < 3; ++c) {
       const double mean = state.mean[4 * i + c], variance = state.squared[3 * i + c] / (n * (n - 1));
-      if (variance > 0) relmse += variance / (mean * mean + epsilon * epsilon) / values;
+      if (variance > 0) relmse += variance / relative(mean) / values;
     }
   return relmse;
 }

@@ -1,5 +1,5 @@
 // Pieces, their tree and its weights; then the cut around a point of exit and the draw from it.
-#include "reference_entry.hpp"
+#include "truth/reference_entry.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -8,7 +8,8 @@
 #include <functional>
 #include <numeric>
 
-#include "parallel.hpp"
+#include "core/parallel.hpp"
+#include "scene/box.hpp"
 
 namespace parian {
 namespace {
@@ -114,12 +115,9 @@ void ReferenceEntries::make_tree() {
   std::vector<double> area = areas_;
   const std::function<std::uint32_t(std::size_t, std::size_t)> build = [&](std::size_t begin, std::size_t end) {
     if (end - begin == 1) return order[begin];
-    glm::dvec3 low(INFINITY), high(-INFINITY);
-    for (std::size_t i = begin; i < end; ++i) {
-      low = glm::min(low, nodes_[order[i]].centre);
-      high = glm::max(high, nodes_[order[i]].centre);
-    }
-    const glm::dvec3 size = high - low;
+    Box box;
+    for (std::size_t i = begin; i < end; ++i) box.add(nodes_[order[i]].centre);
+    const glm::dvec3 size = box.size();
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
     const std::size_t middle = (begin + end) / 2;
     std::nth_element(order.begin() + begin, order.begin() + middle, order.begin() + end,
@@ -145,16 +143,12 @@ void ReferenceEntries::make_tree() {
 std::vector<std::uint32_t> ReferenceEntries::count_hits(glm::dvec3 towards, double& cell, std::uint32_t threads) const {
   const glm::dvec3 helper = std::abs(towards.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0);
   const glm::dvec3 right = glm::normalize(glm::cross(helper, towards)), up = glm::cross(towards, right);
-  glm::dvec2 low(INFINITY), high(-INFINITY);
-  for (const glm::dvec3& x : surface_.positions()) {
-    const glm::dvec2 q(glm::dot(x, right), glm::dot(x, up));
-    low = glm::min(low, q);
-    high = glm::max(high, q);
-  }
+  Box<glm::dvec2> box;
+  for (const glm::dvec3& x : surface_.positions()) box.add({glm::dot(x, right), glm::dot(x, up)});
   const double most = most_rays / static_cast<double>(lights_);
   const double rays =
       std::clamp(rays_per_piece * static_cast<double>(pieces_.size()), std::min(least_rays, most), most);
-  const glm::dvec2 size = glm::max(high - low, glm::dvec2(1e-9));
+  const glm::dvec2 size = glm::max(box.size(), glm::dvec2(1e-9));
   const double side = std::sqrt(size.x * size.y / rays);
   const auto columns = static_cast<std::uint32_t>(std::min(std::ceil(size.x / side), rays));
   const auto rows = static_cast<std::uint32_t>(std::min(std::ceil(size.y / side), rays));
@@ -164,7 +158,8 @@ std::vector<std::uint32_t> ReferenceEntries::count_hits(glm::dvec3 towards, doub
   in_parallel(rows, threads, [&](std::size_t row) {
     RandomStream random(0, 0, row);
     for (std::uint32_t column = 0; column < columns; ++column) {
-      const double x = low.x + (column + random()) * step.x, y = low.y + (static_cast<double>(row) + random()) * step.y;
+      const double x = box.low.x + (column + random()) * step.x,
+                   y = box.low.y + (static_cast<double>(row) + random()) * step.y;
       const auto place = surface_.first_hit(x * right + y * up + 2.0 * towards, -towards, 0.0);
       if (!place) continue;
       const double n = grid_[place->triangle];

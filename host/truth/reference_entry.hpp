@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "kernels/types.h"
-#include "reference_random.hpp"
-#include "reference_surface.hpp"
+#include "truth/reference_random.hpp"
+#include "truth/reference_surface.hpp"
 
 namespace parian {
 

@@ -1,10 +1,10 @@
 // Embree finds the triangle; what matters of the hit is computed anew in double.
-#include "reference_surface.hpp"
+#include "truth/reference_surface.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "module.hpp"
+#include "io/module.hpp"
 
 namespace parian {
 namespace {

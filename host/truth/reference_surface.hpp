@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "rays/rays.hpp"
-#include "scene.hpp"
-#include "views.hpp"
+#include "plan/views.hpp"
+#include "scene/scene.hpp"
+#include "truth/rays/rays.hpp"
 
 namespace parian {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "scene.hpp"
+#include "scene/scene.hpp"
 
 namespace parian {
 

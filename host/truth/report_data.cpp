@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "error.hpp"
-#include "report.hpp"
+#include "core/error.hpp"
+#include "truth/report.hpp"
 
 namespace nlohmann {
 /// What isn't known is null.

@@ -3,11 +3,11 @@
 
 #include <cmath>
 
-#include "plot.hpp"
-#include "report.hpp"
-#include "report_plots.hpp"
-#include "report_style.hpp"
-#include "report_summary.hpp"
+#include "truth/plot.hpp"
+#include "truth/report.hpp"
+#include "truth/report_plots.hpp"
+#include "truth/report_style.hpp"
+#include "truth/report_summary.hpp"
 
 namespace parian {
 namespace {

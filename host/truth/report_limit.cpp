@@ -1,45 +1,16 @@
 // Making limits, and measuring the distance from them.
-#include "report_limit.hpp"
+#include "truth/report_limit.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
-#include "rendering.hpp"
+#include "session/rendering.hpp"
+#include "session/warnings.hpp"
 
 namespace parian {
 namespace {
 
 constexpr std::uint32_t limit_factor = 4;  // frames of each half of a limit, in those of the longest run
-
-/// Means of (I - L)^2 / (R^2 + eps^2) and of var L / (R^2 + eps^2).
-std::pair<double, double> squares(const Image& picture, const Image& limit, const Image& reference) {
-  constexpr float covered = 0.999F;
-  double sum = 0, count = 0;
-  const std::size_t pixels = reference.rgba.size() / 4;
-  const auto counts = [&](std::size_t i) {
-    return std::min({picture.rgba[4 * i + 3], limit.rgba[4 * i + 3], reference.rgba[4 * i + 3]}) >= covered;
-  };
-  for (std::size_t i = 0; i < pixels; ++i) {
-    if (!counts(i)) continue;
-    ++count;
-    for (int c = 0; c < 3; ++c) sum += static_cast<double>(reference.rgba[4 * i + c]);
-  }
-  const double epsilon = 0.01 * sum / (3 * count);
-  double squared = 0, variance = 0;
-  for (std::size_t i = 0; i < pixels; ++i) {
-    if (!counts(i)) continue;
-    for (int c = 0; c < 3; ++c) {
-      const double r = reference.rgba[4 * i + c], e = limit.standard_error[3 * i + c];
-      const double d = static_cast<double>(picture.rgba[4 * i + c]) - static_cast<double>(limit.rgba[4 * i + c]);
-      const double norm = 3 * count * (r * r + epsilon * epsilon);
-      if (!(norm > 0)) continue;  // an all-black reference: compare has judged it
-      squared += d * d / norm;
-      variance += e * e / norm;
-    }
-  }
-  return {squared, variance};
-}
 
 /// The mean of two pictures with seeds of their own; half their difference is its standard error. Made without
 /// pyramids: in the limit level 0 is shown.
@@ -50,7 +21,7 @@ Image make_limit(const Scene& scene, Settings settings, const std::string& selec
   for (Image& half : halves) {
     Rendering renderer(scene, settings, selector);
     ++settings.seed;
-    while (renderer.frames() < frames) renderer.frame();
+    render_frames(renderer, {.frames = frames, .checkpoints = false});
     half = renderer.image(0);
     note_warnings(warnings, renderer.statistics().warnings);
   }
@@ -71,19 +42,9 @@ const Limit& Limits::of(const Settings& settings, std::uint32_t frames, const Sc
   if (limit.frames > 0) return limit;
   limit.image = make_limit(scene, settings, selector, limit_factor * frames, warnings);
   limit.to_reference = compare(limit.image, reference);
-  limit.variance = squares(limit.image, limit.image, reference).second;
+  limit.variance = compare(limit.image, limit.image, reference).reference_relmse;
   limit.frames = 2 * limit_factor * frames;
   return limit;
-}
-
-double sampling_relmse(const Image& picture, const Image& limit, const Image& reference) {
-  const auto [squared, variance] = squares(picture, limit, reference);
-  return std::max(0.0, squared - variance);
-}
-
-void note_warnings(std::vector<std::string>& all, const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings)
-    if (std::find(all.begin(), all.end(), warning) == all.end()) all.push_back(warning);
 }
 
 }  // namespace parian

@@ -5,8 +5,8 @@
 #include <tuple>
 #include <vector>
 
-#include "compare.hpp"
-#include "scene.hpp"
+#include "scene/scene.hpp"
+#include "truth/compare.hpp"
 
 namespace parian {
 
@@ -29,12 +29,5 @@ class Limits {
  private:
   std::map<std::tuple<Estimator, std::uint32_t, std::uint32_t, std::uint32_t>, Limit> made_;
 };
-
-/// Mean, over the pixels that all three cover fully and over RGB, of ((I - L)^2 - var L) / (R^2 + eps^2), at least 0.
-/// R is the reference and eps a hundredth of its mean there: so that errors of all configurations can be compared.
-[[nodiscard]] double sampling_relmse(const Image& picture, const Image& limit, const Image& reference);
-
-/// Adds what isn't there yet.
-void note_warnings(std::vector<std::string>& all, const std::vector<std::string>& warnings);
 
 }  // namespace parian

@@ -6,13 +6,14 @@
 #include <cmath>
 #include <tuple>
 
-#include "compare.hpp"
-#include "error.hpp"
-#include "machine.hpp"
-#include "rendering.hpp"
-#include "report.hpp"
-#include "report_limit.hpp"
-#include "report_pictures.hpp"
+#include "core/error.hpp"
+#include "session/rendering.hpp"
+#include "session/warnings.hpp"
+#include "truth/compare.hpp"
+#include "truth/machine.hpp"
+#include "truth/report.hpp"
+#include "truth/report_limit.hpp"
+#include "truth/report_pictures.hpp"
 
 namespace parian {
 namespace {
@@ -70,7 +71,8 @@ class Meter {
 
 bool power_of_two(std::uint32_t n) { return (n & (n - 1)) == 0; }
 
-/// One seed of one configuration. Pictures of checkpoints go to `shots` if given.
+/// One seed of one configuration. Pictures of checkpoints go to `shots` if given. No render_frames: checkpoints are at
+/// powers of two whatever the renderer says, and the clock that ends a run leaves gathers out.
 ReportRun render_run(const Scene& scene, const Settings& settings, const std::string& selector, const Image& reference,
                      const Limit& limit, std::uint32_t frames, double time, std::vector<Shot>* shots,
                      std::vector<std::string>& warnings) {
@@ -91,7 +93,8 @@ ReportRun render_run(const Scene& scene, const Settings& settings, const std::st
       image = renderer.image(0);
     });
     point.relmse = compare(image, reference).relmse;
-    point.sampling_relmse = sampling_relmse(image, limit.image, reference);
+    // Relative to the reference too, so that errors of all configurations can be compared.
+    point.sampling_relmse = compare(image, limit.image, reference).relmse;
     if (image.estimated_relmse >= 0 && std::isfinite(image.estimated_relmse))
       point.estimated_relmse = image.estimated_relmse;
     if (shots) shots->push_back({std::move(image), point.seconds, point.frames, point.relmse});

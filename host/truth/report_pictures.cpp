@@ -1,20 +1,19 @@
 // Choosing, cutting out and encoding pictures.
-#include "report_pictures.hpp"
+#include "truth/report_pictures.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "compare.hpp"
-#include "convergence.hpp"
-#include "image_file.hpp"
-#include "plot.hpp"
+#include "io/image_file.hpp"
+#include "truth/compare.hpp"
+#include "truth/convergence.hpp"
+#include "truth/plot.hpp"
 
 namespace parian {
 namespace {
 
-constexpr float covered = 0.999F;
 constexpr double least_cover = 0.75;  // of a part's pixels
 
 /// A square of the film.
@@ -34,13 +33,7 @@ Image cut(const Image& image, const Part& part) {
 
 /// The parts that the object fills, worst first.
 std::vector<Part> parts_of(const Image& picture, const Image& reference) {
-  double sum = 0, count = 0;
-  for (std::size_t i = 0; i < reference.rgba.size(); i += 4)
-    if (reference.rgba[i + 3] >= covered) {
-      ++count;
-      for (int c = 0; c < 3; ++c) sum += static_cast<double>(reference.rgba[i + c]);
-    }
-  const double epsilon = count > 0 ? 0.01 * sum / (3 * count) : 1;
+  const std::vector<double> errors = pixel_errors(picture, reference);
   const std::uint32_t side = std::max(8U, std::min(reference.width, reference.height) / 4);
   std::vector<Part> parts;
   for (std::uint32_t y = 0; y + side <= reference.height; y += side / 4)
@@ -49,13 +42,10 @@ std::vector<Part> parts_of(const Image& picture, const Image& reference) {
       double inside = 0;
       for (std::uint32_t v = y; v < y + side; ++v)
         for (std::uint32_t u = x; u < x + side; ++u) {
-          const std::size_t i = 4 * (std::size_t{v} * reference.width + u);
-          if (std::min(reference.rgba[i + 3], picture.rgba[i + 3]) < covered) continue;
+          const double error = errors[std::size_t{v} * reference.width + u];
+          if (error < 0) continue;
           ++inside;
-          for (int c = 0; c < 3; ++c) {
-            const double r = reference.rgba[i + c], d = static_cast<double>(picture.rgba[i + c]) - r;
-            part.error += d * d / (r * r + epsilon * epsilon + 1e-30) / 3;
-          }
+          part.error += error;
         }
       part.error /= std::max(1.0, inside);
       if (inside >= least_cover * side * side) parts.push_back(part);
@@ -65,7 +55,7 @@ std::vector<Part> parts_of(const Image& picture, const Image& reference) {
 }
 
 Picture encode(const std::string& caption, const Image& image, double stops) {
-  return {caption, image.width, image.height, base64(png_bytes(image, stops))};
+  return {caption, image.width, image.height, png_base64(image, stops)};
 }
 
 /// What a row shows of one method.
@@ -108,18 +98,6 @@ std::vector<PictureRow> picture_rows(const Image& reference, const std::vector<M
   rows.push_back(row("Where Parian errs most", reference, columns, stops, &parts.front()));
   if (parts.size() > 2) rows.push_back(row("A typical part", reference, columns, stops, &parts[parts.size() / 2]));
   return rows;
-}
-
-std::string base64(const std::vector<std::uint8_t>& bytes) {
-  static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t word = 0;
-    for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (k < left ? bytes[i + k] : 0U);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= left ? digits[word >> (18 - 6 * k) & 63U] : '=';
-  }
-  return text;
 }
 
 }  // namespace parian

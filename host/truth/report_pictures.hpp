@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "report.hpp"
+#include "truth/report.hpp"
 
 namespace parian {
 
@@ -29,8 +29,5 @@ inline constexpr double difference_scale = 0.2;
 /// to that of the default's last. First the whole film, then the part with the largest error of the default and one
 /// with a typical one, as far as parts are covered well enough. Throws as compare does.
 [[nodiscard]] std::vector<PictureRow> picture_rows(const Image& reference, const std::vector<MethodShots>& methods);
-
-/// Bytes as base64 with padding (RFC 4648).
-[[nodiscard]] std::string base64(const std::vector<std::uint8_t>& bytes);
 
 }  // namespace parian

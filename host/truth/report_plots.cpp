@@ -1,12 +1,12 @@
 // From the data to curves and rows.
-#include "report_plots.hpp"
+#include "truth/report_plots.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "plot.hpp"
+#include "truth/plot.hpp"
 
 namespace parian {
 namespace {

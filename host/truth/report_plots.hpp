@@ -2,8 +2,8 @@
 #pragma once
 #include <string>
 
-#include "convergence.hpp"
-#include "report.hpp"
+#include "truth/convergence.hpp"
+#include "truth/report.hpp"
 
 namespace parian {
 

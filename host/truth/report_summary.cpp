@@ -1,13 +1,13 @@
 // The sentences at a report's head, and its Markdown form.
-#include "report_summary.hpp"
+#include "truth/report_summary.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "convergence.hpp"
-#include "plot.hpp"
-#include "report_plots.hpp"
+#include "truth/convergence.hpp"
+#include "truth/plot.hpp"
+#include "truth/report_plots.hpp"
 
 namespace parian {
 namespace {

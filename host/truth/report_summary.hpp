@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "report.hpp"
+#include "truth/report.hpp"
 
 namespace parian {
 

@@ -1,5 +1,5 @@
 // Sorts, and takes the ends and the middle.
-#include "spread.hpp"
+#include "truth/spread.hpp"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,5 +1,5 @@
 // The table of stiff scenes, and the plane's radiance by quadrature.
-#include "stiff_scenes.hpp"
+#include "truth/stiff_scenes.hpp"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,10 @@
 #include <array>
 #include <cmath>
 
-#include "compare.hpp"
 #include "kernels/bssrdf.h"
-#include "reference.hpp"
+#include "truth/compare.hpp"
+#include "truth/half_space.hpp"
+#include "truth/reference.hpp"
 
 namespace parian {
 namespace {
@@ -62,12 +63,9 @@ std::array<double, 3> share_of_plane(const Image& image, const Scene& scene, Mod
   std::array<double, 3> share{};
   for (std::size_t i = 0; i < image.rgba.size(); ++i)
     if (i % 4 < 3) share[i % 4] += 4.0 * image.rgba[i] / static_cast<double>(image.rgba.size());
-  const double T21 = kernels::fresnel_transmittance(1.0, exact_boundary(scene.material.ior));
-  for (int c = 0; c < 3; ++c) {
-    const Material& m = scene.material;
-    const ChannelConstants channel = channel_constants(m.sigma_s[c], m.sigma_a[c], m.g[c], m.ior);
-    share[static_cast<std::size_t>(c)] /= T21 * plane_radiance(channel, model, cosine);
-  }
+  const Optics optics = optics_of(scene.material);
+  const double T21 = kernels::fresnel_transmittance(1.0, optics.boundary);
+  for (std::size_t c = 0; c < 3; ++c) share[c] /= T21 * plane_radiance(optics.channels[c], model, cosine);
   return share;
 }
 
@@ -111,27 +109,7 @@ Material one_dense_channel() {
 }  // namespace
 
 double plane_radiance(const ChannelConstants& channel, Model model, double cosine) {
-  const kernels::ExactBoundary boundary = exact_boundary(channel.eta);
-  const kernels::ExactMedium medium = exact_medium(channel, model, 1 / channel.sigma_t_prime);  // in mean free paths
-  const double sine = std::sqrt(1 - cosine * cosine);
-  const kernels::real3 n{0, 0, 1}, w12 = kernels::refract_into({sine, 0, cosine}, n, boundary);
-  // r = exp(t) from 1e-5 to where nothing is left; midpoints in the logarithm and, of the even function, in angle.
-  constexpr int radii = 1200, angles = 48;
-  const double first = std::log(1e-5), last = std::log(60 / std::max(channel.sigma_tr, 1e-3)),
-               step = (last - first) / radii;
-  double sum = 0;
-  for (int i = 0; i < radii; ++i) {
-    const double r = std::exp(first + step * (i + 0.5));
-    for (int k = 0; k < angles; ++k) {
-      const double phi = std::numbers::pi * (k + 0.5) / angles;
-      const kernels::DipoleGeometry g = kernels::dipole_geometry({r * std::cos(phi), r * std::sin(phi), 0}, w12, n, n);
-      const double S = model == Model::directional ? kernels::directional_dipole(medium, boundary, g)
-                       : model == Model::standard  ? kernels::standard_dipole(medium, g)
-                                                   : kernels::better_dipole(medium, g);
-      sum += S * r * r;
-    }
-  }
-  return kernels::fresnel_transmittance(cosine, boundary) * cosine * sum * step * 2 * std::numbers::pi / angles;
+  return cosine * dipole_albedo(channel, model, cosine) / (4 * std::numbers::pi * channel.C_phi_inv);
 }
 
 const std::vector<StiffScene>& stiff_scenes() {

@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "trial.hpp"
+#include "truth/trial.hpp"
 
 namespace parian {
 

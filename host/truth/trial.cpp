@@ -1,5 +1,5 @@
 // Scenes, renders and comparisons of the named cases.
-#include "trial.hpp"
+#include "truth/trial.hpp"
 
 #include <fmt/format.h>
 
@@ -10,9 +10,9 @@
 #include <cstdint>
 #include <stdexcept>
 
-#include "compare.hpp"
-#include "plan.hpp"
-#include "rendering.hpp"
+#include "plan/plan.hpp"
+#include "session/rendering.hpp"
+#include "truth/compare.hpp"
 
 namespace parian {
 namespace {
@@ -83,14 +83,12 @@ Settings ordinary_settings() {
 
 Trial::Trial(const std::string& selector) : selector_(selector), compute_(selector) {
   const Plan plan = make_plan(ordinary_scene(), ordinary_settings(), compute_.info());
-  compute_.build(plan.options);
   lanes_ = plan.lanes;
 }
 
 Trial::Result Trial::render(const Scene& scene, const Settings& settings) const {
   Rendering renderer(scene, settings, selector_);
-  while (renderer.frames() < settings.frames) renderer.frame();
-  renderer.estimate();
+  render_frames(renderer, {.frames = settings.frames, .checkpoints = false});
   Result result{renderer.image(0), {}};
   result.statistics = renderer.statistics();
   const Image& image = result.image;

@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "vectors.hpp"
+#include "truth/vectors.hpp"
 
 namespace parian {
 

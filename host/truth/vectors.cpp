@@ -1,5 +1,5 @@
 // Single pairs of points: right values in double, files of them, and what a device makes of them.
-#include "vectors.hpp"
+#include "truth/vectors.hpp"
 
 #include <fmt/format.h>
 
@@ -12,6 +12,8 @@
 #include <random>
 
 #include "kernels/bssrdf.h"
+#include "render/self_test.hpp"
+#include "scene/limits.hpp"
 
 namespace parian {
 namespace {
@@ -110,12 +112,12 @@ double VectorCase::floor() const {
 }
 
 double exact_bssrdf(const VectorCase& c, Model model) {
-  return exact_of(pair_of(c), exact_medium(c.channel, model, 1), exact_boundary(c.eta), model);
+  return exact_of(pair_of(c), exact_medium(c.channel, model, 1), exact_boundary(c.channel), model);
 }
 
 double tolerance(const VectorCase& c, Model model) {
   const kernels::ExactMedium medium = exact_medium(c.channel, model, 1);
-  const kernels::ExactBoundary boundary = exact_boundary(c.eta);
+  const kernels::ExactBoundary boundary = exact_boundary(c.channel);
   const Pair pair = pair_of(c);
   const double S = exact_of(pair, medium, boundary, model);
   double kappa = 0;
@@ -212,7 +214,8 @@ std::string vector_json(const VectorCase& c) {
 }
 
 std::vector<float> device_bssrdf(Compute& compute, const std::vector<VectorCase>& cases, Model model,
-                                 std::uint32_t lanes) {
+                                 std::uint32_t lanes, const std::string& source) {
+  compute.build(self_test_options(model, lanes), source);
   const std::size_t stride = (cases.size() + lanes - 1) / lanes * lanes;
   std::vector<kernels::Medium> media;
   std::vector<kernels::Boundary> boundaries;
@@ -220,7 +223,7 @@ std::vector<float> device_bssrdf(Compute& compute, const std::vector<VectorCase>
   for (std::size_t i = 0; i < stride; ++i) {
     const VectorCase& c = cases[std::min(i, cases.size() - 1)];  // lanes beyond the last repeat it
     media.push_back(device_medium(c.channel, model, 1));
-    boundaries.push_back(boundary(c.eta));
+    boundaries.push_back(device_boundary(exact_boundary(c.channel)));
     const std::array<glm::vec3, 5> of_pair{c.x_i, c.w_i, c.n_i, c.x_o, c.n_o};
     for (std::size_t k = 0; k < 15; ++k) vectors[k * stride + i] = of_pair[k / 3][static_cast<int>(k % 3)];
   }

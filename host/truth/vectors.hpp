@@ -7,13 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "compute.hpp"
-#include "medium.hpp"
+#include "core/compute.hpp"
+#include "scene/medium.hpp"
 
 namespace parian {
-
-inline constexpr std::array models{Model::directional, Model::standard, Model::better};
-inline constexpr std::array<const char*, 3> model_names{"directional", "standard", "better"};
 
 /// One channel of one pair of points, as in a vector file: in float, so that host and device see the same input;
 /// lengths in the inverse unit of the coefficients; Fresnel factors not included.
@@ -54,9 +51,9 @@ struct VectorCase {
 /// The case as an object of a vector file, with hexadecimal floats.
 [[nodiscard]] std::string vector_json(const VectorCase& c);
 
-/// S_d of all cases in float32, by the library's program, which must be built for `model` and `lanes`.
+/// S_d of all cases in float32, by the self-test's program, of which only tests change the source.
 [[nodiscard]] std::vector<float> device_bssrdf(Compute& compute, const std::vector<VectorCase>& cases, Model model,
-                                               std::uint32_t lanes);
+                                               std::uint32_t lanes, const std::string& source = self_test_sources);
 
 /// How `S` stands against the right values: relative errors of the cases with S above their floor, and how much of its
 /// tolerance the worst case takes.

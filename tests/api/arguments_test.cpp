@@ -8,8 +8,9 @@
 namespace parian::test {
 namespace {
 
-TEST_F(Arguments, Null) {
-  const auto is_null = [](parian_status status) { refused(status, PARIAN_INVALID_ARGUMENT, {"NULL"}); };
+void is_null(parian_status status) { refused(status, PARIAN_INVALID_ARGUMENT, {"NULL"}); }
+
+TEST_F(Arguments, NullRenderers) {
   const parian_create_info info = in_context();
   parian_renderer* made = nullptr;
   const parian_image image = pixels.image();
@@ -41,7 +42,9 @@ TEST_F(Arguments, Null) {
   is_null(parian_get_omission(nullptr, 0, nullptr));
   is_null(parian_get_warning(nullptr, 0, nullptr));
   is_null(parian_get_explanation(nullptr, 0, nullptr));
-  // Without what the renderer is to take or fill.
+}
+
+TEST_F(Arguments, NullInputsAndOutputs) {
   is_null(parian_get_device(r.get(), nullptr));
   is_null(parian_default_settings(nullptr));
   is_null(parian_set_settings(r.get(), nullptr));

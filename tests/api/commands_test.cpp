@@ -3,7 +3,7 @@
 
 #include "frames.hpp"
 #include "opencl_watch.hpp"
-#include "renderer.hpp"
+#include "render/renderer.hpp"
 
 namespace parian::test {
 namespace {

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 
+#include "relmse.hpp"
 #include "small_scene.hpp"
 
 namespace parian::test {
@@ -35,22 +36,6 @@ inline Rgba scaled(Rgba image, std::array<float, 3> factor) {
   for (std::size_t i = 0; i < image.size(); ++i)
     if (i % 4 < 3) image[i] *= factor[i % 4];
   return image;
-}
-
-/// As the contract defines relMSE, over pixels that both cover.
-inline double relmse(const Rgba& image, const Rgba& reference) {
-  double mean = 0.0, sum = 0.0;
-  std::size_t n = 0;
-  const auto inside = [&](std::size_t i) { return image[i | 3] >= 0.999F && reference[i | 3] >= 0.999F && i % 4 < 3; };
-  for (std::size_t i = 0; i < image.size(); ++i)
-    if (inside(i)) mean += reference[i], ++n;
-  const double epsilon = 0.01 * mean / static_cast<double>(n);
-  for (std::size_t i = 0; i < image.size(); ++i)
-    if (inside(i)) {
-      const double r = reference[i], d = image[i] - r;
-      sum += d * d / (r * r + epsilon * epsilon);
-    }
-  return sum / static_cast<double>(n);
 }
 
 /// A renderer of a mesh in buffers.

@@ -6,11 +6,16 @@
 namespace parian::test {
 namespace {
 
-TEST_F(Arguments, Meshes) {
-  const auto mesh_refused = [&](const parian_mesh& mesh, const std::vector<std::string>& words,
-                                parian_status status = PARIAN_INVALID_ARGUMENT) {
+/// Meshes that a renderer is given one after the other.
+class ArgumentsMeshes : public Arguments {
+ protected:
+  void mesh_refused(const parian_mesh& mesh, const std::vector<std::string>& words,
+                    parian_status status = PARIAN_INVALID_ARGUMENT) {
     refused(parian_set_mesh(r.get(), &mesh), status, words);
-  };
+  }
+};
+
+TEST_F(ArgumentsMeshes, LackParts) {
   parian_mesh mesh = scene.mesh();
   mesh.positions = nullptr;
   mesh_refused(mesh, {"positions"});
@@ -35,7 +40,10 @@ TEST_F(Arguments, Meshes) {
     std::memcpy(&mesh.normals_kind, &kind, sizeof kind);
     mesh_refused(mesh, {"normals_kind"});
   }
-  mesh = scene.mesh();
+}
+
+TEST_F(ArgumentsMeshes, HaveBadNumbers) {
+  parian_mesh mesh = scene.mesh();
   mesh.normals_kind = PARIAN_NORMALS_PER_VERTEX;
   mesh_refused(mesh, {"normals"});
   std::vector<float> normals(scene.positions.size(), 0.57735F);
@@ -129,6 +137,8 @@ TEST_F(Arguments, Settings) {
   settings_refused([](S& s) { s.error = infinity; }, {"error"});
   settings_refused([](S& s) { s.disc_radius = nan; }, {"disc_radius"});
   settings_refused([](S& s) { s.disc_radius = -1.0; }, {"disc_radius"});
+  settings_refused([](S& s) { s.disc_radius = 1e10; }, {"disc_radius"});
+  settings_refused([](S& s) { s.layers = 1025; }, {"settings: layers is 1025; give a whole number from 1 to 1024"});
   for (const std::uint32_t value : {0U, 0x80000000U, 0xffffffffU}) {
     settings_refused([&](S& s) { s.layers = value; }, {"layers", std::to_string(value)});
     settings_refused([&](S& s) { s.layer_size = value; }, {"layer_size"});
@@ -158,14 +168,14 @@ TEST_F(Arguments, MaterialsLightsAndCameras) {
     material_refused([&](M& m) { m.ior = bad; }, "ior");
   }
   for (const double bad : {nan, 1.5, -1.5}) material_refused([&](M& m) { m.g[0] = bad; }, "g");
-  for (const double bad : {0.0, -1.5}) material_refused([&](M& m) { m.ior = bad; }, "ior");
+  for (const double bad : {0.0, -1.5, 100.5}) material_refused([&](M& m) { m.ior = bad; }, "ior");
 
   for (const double bad : {nan, infinity, -1.0, 1e31}) {
     parian_light light = scene.lights.front();
     light.irradiance[1] = bad;
     refused(parian_set_lights(r.get(), 1, &light), PARIAN_INVALID_SCENE, {"light 1", "irradiance"});
   }
-  for (const double bad : {nan, infinity, 0.0}) {
+  for (const double bad : {nan, infinity, 0.0, 1e200}) {
     parian_light light = scene.lights.front();
     for (double& x : light.towards) x = bad;
     refused(parian_set_lights(r.get(), 1, &light), PARIAN_INVALID_SCENE, {"light 1", "towards"});

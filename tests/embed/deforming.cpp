@@ -45,6 +45,16 @@ void set_scene(parian::Renderer& renderer, const cl::Buffer& positions, const cl
   renderer.set(parian::camera({0, 120, 250}, {0, 0, 0}, 30), width, height);
 }
 
+/// The exit code of the last image beside that of its shape alone.
+int judge(const std::vector<float>& last, const std::vector<float>& alone) {
+  double covered = 0;
+  for (std::size_t i = 3; i < last.size(); i += 4) covered += last[i];
+  std::cout << "6 shapes, the last covers " << covered << " pixels\n";
+  if (covered > 500 && last == alone) return 0;
+  std::cerr << "deforming: the last image isn't that of its shape alone\n";
+  return 1;
+}
+
 }  // namespace
 
 int main() try {
@@ -100,12 +110,7 @@ int main() try {
   other.frame(queue());
   const std::vector<float> alone = read(other.gather(0, image, queue()));
 
-  double covered = 0;
-  for (std::size_t i = 3; i < last.size(); i += 4) covered += last[i];
-  std::cout << "6 shapes, the last covers " << covered << " pixels\n";
-  if (covered > 500 && last == alone) return 0;
-  std::cerr << "deforming: the last image isn't that of its shape alone\n";
-  return 1;
+  return judge(last, alone);
 } catch (const std::exception& failure) {
   std::cerr << "deforming: " << failure.what() << '\n';
   return 1;

@@ -42,6 +42,71 @@ static cl_device_id find_device(void) {
   return NULL;
 }
 
+/* Gives the renderer its scene, with the mesh in buffers. 0 if all went well. */
+static int describe(parian_renderer* renderer, cl_mem vertices, cl_mem triangles) {
+  parian_settings settings = {.struct_size = sizeof settings};
+  PARIAN(parian_default_settings(&settings));
+  settings.layers = 8;
+  settings.layer_size = 64;
+  settings.light_map_size = 128;
+  PARIAN(parian_set_settings(renderer, &settings));
+  parian_mesh mesh = {.struct_size = sizeof mesh,
+                      .n_positions = TORUS_POSITIONS,
+                      .n_triangles = TORUS_TRIANGLES,
+                      .position_buffer = vertices,
+                      .index_buffer = triangles,
+                      .radius = 51.0};
+  PARIAN(parian_set_mesh(renderer, &mesh));
+  parian_material marble = {
+      .struct_size = sizeof marble, .sigma_s = {2.19, 2.62, 3.00}, .sigma_a = {0.0021, 0.0041, 0.0071}, .ior = 1.5};
+  PARIAN(parian_set_material(renderer, &marble));
+  parian_light light = {.struct_size = sizeof light, .towards = {0.5, 0.6, -0.6}, .irradiance = {3.14, 3.14, 3.14}};
+  PARIAN(parian_set_lights(renderer, 1, &light));
+  const parian_camera camera = camera_at(0.0);
+  PARIAN(parian_set_cameras(renderer, 1, &camera, WIDTH, HEIGHT));
+  return 0;
+}
+
+/* Two images of one film each, side by side in one buffer; the second waits for nothing but the first. 0 if all went
+ * well; then `done` is the second's event. */
+static int render_two(parian_renderer* renderer, cl_command_queue queue, cl_mem pixels, cl_event* done) {
+  for (int i = 0; i < 2; ++i) {
+    cl_event frame = NULL, gathered = NULL;
+    PARIAN(parian_frame(renderer, queue, *done ? 1 : 0, *done ? done : NULL, &frame));
+    if (*done) clReleaseEvent(*done);
+    const parian_camera camera = camera_at(40.0 * i);
+    PARIAN(parian_set_cameras(renderer, 1, &camera, WIDTH, HEIGHT));
+    parian_image image = {.struct_size = sizeof image,
+                          .buffer = pixels,
+                          .offset = (size_t)i * WIDTH * 4 * sizeof(float),
+                          .row_pitch = 2 * WIDTH * 4 * sizeof(float),
+                          .positions = 8};
+    PARIAN(parian_gather(renderer, queue, 0, &image, 1, &frame, &gathered));
+    clReleaseEvent(frame);
+    *done = gathered;
+  }
+  parian_statistics statistics = {.struct_size = sizeof statistics};
+  PARIAN(parian_get_statistics(renderer, &statistics));
+  REQUIRE(statistics.frames == 2, "a moved camera should keep what has been summed");
+  return 0;
+}
+
+/* Says what the two images show. 0 if they show something. */
+static int look_at(const float* rgba) {
+  double covered[2] = {0.0, 0.0}, light_seen[2] = {0.0, 0.0};
+  for (int y = 0; y < HEIGHT; ++y)
+    for (int x = 0; x < 2 * WIDTH; ++x) {
+      const float* pixel = rgba + 4 * (y * 2 * WIDTH + x);
+      covered[x / WIDTH] += pixel[3];
+      light_seen[x / WIDTH] += pixel[0] + pixel[1] + pixel[2];
+    }
+  for (int i = 0; i < 2; ++i) {
+    printf("image %d: %.1f pixels covered, mean radiance %.4f\n", i, covered[i], light_seen[i] / (3.0 * covered[i]));
+    REQUIRE(covered[i] > 500.0 && light_seen[i] > 0.0, "an image is empty");
+  }
+  return 0;
+}
+
 int main(void) {
   cl_int code = CL_SUCCESS;
   cl_device_id device = find_device();
@@ -66,26 +131,7 @@ int main(void) {
   parian_renderer* renderer = NULL;
   parian_create_info info = {.struct_size = sizeof info, .context = context, .device = device};
   PARIAN(parian_create(&info, &renderer));
-  parian_settings settings = {.struct_size = sizeof settings};
-  PARIAN(parian_default_settings(&settings));
-  settings.layers = 8;
-  settings.layer_size = 64;
-  settings.light_map_size = 128;
-  PARIAN(parian_set_settings(renderer, &settings));
-  parian_mesh mesh = {.struct_size = sizeof mesh,
-                      .n_positions = TORUS_POSITIONS,
-                      .n_triangles = TORUS_TRIANGLES,
-                      .position_buffer = vertices,
-                      .index_buffer = triangles,
-                      .radius = 51.0};
-  PARIAN(parian_set_mesh(renderer, &mesh));
-  parian_material marble = {
-      .struct_size = sizeof marble, .sigma_s = {2.19, 2.62, 3.00}, .sigma_a = {0.0021, 0.0041, 0.0071}, .ior = 1.5};
-  PARIAN(parian_set_material(renderer, &marble));
-  parian_light light = {.struct_size = sizeof light, .towards = {0.5, 0.6, -0.6}, .irradiance = {3.14, 3.14, 3.14}};
-  PARIAN(parian_set_lights(renderer, 1, &light));
-  parian_camera camera = camera_at(0.0);
-  PARIAN(parian_set_cameras(renderer, 1, &camera, WIDTH, HEIGHT));
+  if (describe(renderer, vertices, triangles)) return 1;
 
   size_t bytes = 0;
   PARIAN(parian_scratch_size(renderer, &bytes));
@@ -94,41 +140,12 @@ int main(void) {
   PARIAN(parian_set_scratch(renderer, scratch));
   PARIAN(parian_plan(renderer, queue));
 
-  /* Two images of one film each, side by side in one buffer; the second waits for nothing but the first. */
   cl_event done = NULL;
-  for (int i = 0; i < 2; ++i) {
-    cl_event frame = NULL, gathered = NULL;
-    PARIAN(parian_frame(renderer, queue, done ? 1 : 0, done ? &done : NULL, &frame));
-    if (done) clReleaseEvent(done);
-    camera = camera_at(40.0 * i);
-    PARIAN(parian_set_cameras(renderer, 1, &camera, WIDTH, HEIGHT));
-    parian_image image = {.struct_size = sizeof image,
-                          .buffer = pixels,
-                          .offset = (size_t)i * WIDTH * 4 * sizeof(float),
-                          .row_pitch = 2 * WIDTH * 4 * sizeof(float),
-                          .positions = 8};
-    PARIAN(parian_gather(renderer, queue, 0, &image, 1, &frame, &gathered));
-    clReleaseEvent(frame);
-    done = gathered;
-  }
-  parian_statistics statistics = {.struct_size = sizeof statistics};
-  PARIAN(parian_get_statistics(renderer, &statistics));
-  REQUIRE(statistics.frames == 2, "a moved camera should keep what has been summed");
-
+  if (render_two(renderer, queue, pixels, &done)) return 1;
   static float rgba[2 * WIDTH * HEIGHT * 4];
   OPENCL(clEnqueueReadBuffer(queue, pixels, CL_TRUE, 0, sizeof rgba, rgba, 1, &done, NULL));
   clReleaseEvent(done);
-  double covered[2] = {0.0, 0.0}, light_seen[2] = {0.0, 0.0};
-  for (int y = 0; y < HEIGHT; ++y)
-    for (int x = 0; x < 2 * WIDTH; ++x) {
-      const float* pixel = rgba + 4 * (y * 2 * WIDTH + x);
-      covered[x / WIDTH] += pixel[3];
-      light_seen[x / WIDTH] += pixel[0] + pixel[1] + pixel[2];
-    }
-  for (int i = 0; i < 2; ++i) {
-    printf("image %d: %.1f pixels covered, mean radiance %.4f\n", i, covered[i], light_seen[i] / (3.0 * covered[i]));
-    REQUIRE(covered[i] > 500.0 && light_seen[i] > 0.0, "an image is empty");
-  }
+  if (look_at(rgba)) return 1;
 
   /* In any order: Parian retains what it needs. */
   clReleaseMemObject(scratch);

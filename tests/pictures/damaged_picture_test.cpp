@@ -8,10 +8,10 @@
 #include <cstring>
 #include <limits>
 
-#include "error.hpp"
-#include "image_file.hpp"
-#include "reference.hpp"
+#include "core/error.hpp"
+#include "io/image_file.hpp"
 #include "scratch.hpp"
+#include "truth/reference.hpp"
 
 namespace parian {
 namespace {

@@ -1,5 +1,5 @@
 // Picture files: values, alpha, metadata, equal bytes, and nothing half written.
-#include "image_file.hpp"
+#include "io/image_file.hpp"
 
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
@@ -12,7 +12,7 @@
 #include <set>
 #include <sstream>
 
-#include "error.hpp"
+#include "core/error.hpp"
 #include "scratch.hpp"
 
 namespace parian {

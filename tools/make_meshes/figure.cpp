@@ -57,6 +57,13 @@ void Figure::make_tail() {
   }
 }
 
+// The arm's bones in the sheet of a wing, and its radius there.
+const dvec3 kBones[] = {{-6, 2, 5.5},  {3, -3, 5.0},    {13, -7.5, 4.0}, {24, -9.5, 3.3},
+                        {34, -8, 2.8}, {42, -3.5, 2.2}, {50, 2, 1.4}};
+// Where feathers have their roots, in the sheet: a little behind the arm.
+const dvec4 kRoots[] = {{-3, 0, 0, 1},  {5, -3, 0, 1},    {14, -6.5, 0, 1}, {24, -8.5, 0, 1},
+                        {34, -7, 0, 1}, {42, -2.5, 0, 1}, {49, 3, 0, 1}};
+
 Figure::Wing Figure::make_wing(double side, double lift, double sweep) {
   const dvec3 shoulder{side * 11.5, 31.0, 4.5};
   const dvec3 up = glm::normalize(dvec3(side * std::sin(lift), std::cos(lift), -0.12));
@@ -70,17 +77,8 @@ Figure::Wing Figure::make_wing(double side, double lift, double sweep) {
     return shoulder + q.x * up + q.y * back + (n + cup - 2.0) * out;
   };
   std::vector<dvec4> arm;
-  const dvec2 bones[] = {{-6, 2}, {3, -3}, {13, -7.5}, {24, -9.5}, {34, -8}, {42, -3.5}, {50, 2}};
-  const double radii[] = {5.5, 5.0, 4.0, 3.3, 2.8, 2.2, 1.4};
-  for (int i = 0; i < 7; ++i) arm.push_back(dvec4(sheet(bones[i], 0.0), radii[i]));
-  // Where feathers have their roots, in the sheet: a little behind the arm.
-  const Tube roots({{-3, 0, 0, 1},
-                    {5, -3, 0, 1},
-                    {14, -6.5, 0, 1},
-                    {24, -8.5, 0, 1},
-                    {34, -7, 0, 1},
-                    {42, -2.5, 0, 1},
-                    {49, 3, 0, 1}});
+  for (const dvec3 bone : kBones) arm.push_back(dvec4(sheet(dvec2(bone), 0.0), bone.z));
+  const Tube roots({std::begin(kRoots), std::end(kRoots)});
   Wing wing{Tube(arm), {}};
 
   struct Row {
@@ -115,12 +113,15 @@ Figure::Wing Figure::make_wing(double side, double lift, double sweep) {
       wing.feathers.push_back(f);
     }
   }
-  wing.centre = sheet({30, 15}, 0.0);
-  for (const Feather& f : wing.feathers) {
-    wing.radius = std::max({wing.radius, glm::length(f.tip - wing.centre), glm::length(f.base - wing.centre)});
-  }
-  wing.radius += 8.0;
+  wing.enclose(sheet({30, 15}, 0.0));
   return wing;
+}
+
+void Figure::Wing::enclose(dvec3 middle) {
+  centre = middle;
+  for (const Feather& f : feathers)
+    radius = std::max({radius, glm::length(f.tip - centre), glm::length(f.base - centre)});
+  radius += 8.0;
 }
 
 double Figure::Wing::distance(dvec3 p) const {

@@ -18,6 +18,7 @@ class Figure {
     dvec3 centre{0.0};
     double radius = 0.0;
     double distance(dvec3 p) const;
+    void enclose(dvec3 middle);  // makes a sphere around it that holds all feathers
   };
   static Wing make_wing(double side, double lift, double sweep);
   void make_tail();

@@ -163,8 +163,8 @@ typedef struct parian_mesh {
   uint32_t for_one_plan; /* not 0: the host copy is freed once it's planned; a second plan needs the mesh again */
 } parian_mesh;
 
-/* Optical coefficients of the material, RGB, in 1/mm, 0 to 1e15 and not both 0; g -1 to 1, ior above 0, below 1 with a
- * warning. */
+/* Optical coefficients of the material, RGB, in 1/mm, 0 to 1e15 and not both 0; g -1 to 1, ior above 0, at most 100,
+ * and below 1 with a warning. */
 typedef struct parian_material {
   size_t struct_size;
   double sigma_s[3]; /* scattering; the reduced one where g is 0 */
@@ -181,7 +181,7 @@ PARIAN_API parian_status parian_find_material(const char* name, parian_material*
 
 typedef struct parian_light {
   size_t struct_size;
-  double towards[3];    /* direction to the light, any length above 0 */
+  double towards[3];    /* direction to the light, any length above 0 that a double holds */
   double irradiance[3]; /* on a surface that faces it, RGB, 0 to 1e30 */
 } parian_light;
 
@@ -199,14 +199,14 @@ typedef enum parian_views { PARIAN_AUTO = 0, PARIAN_LAYERS = 1, PARIAN_CAMERA = 
 typedef struct parian_settings {
   size_t struct_size;
   double error;               /* target of the estimated relMSE, for parian_estimate_due; 0: none (1e-3) */
-  uint32_t layers;            /* directions that the object is seen from (16) */
-  uint32_t layer_size;        /* texels along a side of each (256) */
-  uint32_t light_map_size;    /* (512) */
+  uint32_t layers;            /* directions that the object is seen from, at most 1024 (16) */
+  uint32_t layer_size;        /* texels along a side of each, at most 16384 (256) */
+  uint32_t light_map_size;    /* the same (512) */
   uint32_t light_map_shift;   /* redraw light maps with sub-texel shifts now and then (1) */
-  uint32_t samples;           /* per texel and frame, even, divided between lights by flux (16) */
+  uint32_t samples;           /* per texel and frame, even, at most 2^20, divided between lights by flux (16) */
   parian_model model;         /* (PARIAN_DIRECTIONAL) */
   parian_estimator estimator; /* (PARIAN_NEAREST_LIT) */
-  double disc_radius;         /* mm, with PARIAN_DISC; 0: eight effective mean free paths (0) */
+  double disc_radius;         /* mm, at most 1e9, with PARIAN_DISC; 0: eight effective mean free paths (0) */
   parian_views views;         /* layers, the cameras' own views as layers, or what costs less (PARIAN_AUTO) */
   uint32_t fixed_cameras;     /* not 0: cameras and film change only with a new plan, so what they don't see is left out
                                  and their own views may be the layers; of no effect on a mesh in buffers (0) */
@@ -340,6 +340,6 @@ PARIAN_API parian_status parian_get_warning(const parian_renderer* renderer, siz
 PARIAN_API parian_status parian_get_explanation(const parian_renderer* renderer, size_t i, const char** text);
 
 #ifdef __cplusplus
-}
+} /* extern "C" */
 #endif
 #endif

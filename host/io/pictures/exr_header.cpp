@@ -1,6 +1,6 @@
 // Attributes one after the other: a name, a type, a size, and as many bytes. An empty name ends a part's header, and
 // another one behind it those of a file of several parts.
-#include "exr_header.hpp"
+#include "io/pictures/exr_header.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // What each format keeps, and comparing rows with what they should be.
-#include "picture_formats.hpp"
+#include "io/pictures/picture_formats.hpp"
 
 #include <algorithm>
 #include <array>

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <array>
 
-#include "error.hpp"
-#include "exr_header.hpp"
-#include "foreign_file.hpp"
-#include "pictures.hpp"
+#include "core/error.hpp"
+#include "io/foreign_file.hpp"
+#include "io/pictures/exr_header.hpp"
+#include "io/pictures/pictures.hpp"
+#include "scene/limits.hpp"
 
 namespace parian::pictures {
 namespace {

@@ -1,8 +1,9 @@
 // Writing pictures with OpenImageIO; picture_read.cpp reads them.
-#include "pictures.hpp"
+#include "io/pictures/pictures.hpp"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
+#include <OpenImageIO/strutil.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -14,10 +15,10 @@
 #include <cstring>
 #include <ctime>
 
-#include "embedded.hpp"
-#include "error.hpp"
-#include "picture_formats.hpp"
-#include "whole_file.hpp"
+#include "core/embedded.hpp"
+#include "core/error.hpp"
+#include "io/pictures/picture_formats.hpp"
+#include "io/whole_file.hpp"
 
 namespace parian::pictures {
 namespace {
@@ -183,7 +184,7 @@ void check_format(const std::filesystem::path& path, glm::uvec2 film) {
     fail(path, fmt::format("this format has at least {0} x {0} pixels", format.least_side), "use .exr or .png");
 }
 
-std::vector<std::uint8_t> png_bytes(const Image& image, double stops) {
+std::string png_base64(const Image& image, double stops) {
   constexpr int channels = 4;
   OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), channels, OIIO::TypeUInt8);
   spec.attribute("oiio:ColorSpace", "sRGB");
@@ -197,7 +198,7 @@ std::vector<std::uint8_t> png_bytes(const Image& image, double stops) {
   if (!output->open("memory.png", spec) || !output->write_image(OIIO::TypeUInt8, pixels.data()) || !output->close()) {
     fail("PNG", "could not be made: " + output->geterror(), "check the installation of OpenImageIO");
   }
-  return bytes;
+  return OIIO::Strutil::base64_encode({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 void write(const std::filesystem::path& path, const Image& image, const PictureNotes& notes, const Exposure& exposure) {

@@ -1,11 +1,11 @@
 // Rays by Embree, 3 or 4: between these, calls and contexts have other names.
-#include "rays.hpp"
+#include "truth/rays/rays.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <string>
 
-#include "error.hpp"
+#include "core/error.hpp"
 
 #if PARIAN_EMBREE >= 4
 #include <embree4/rtcore.h>

@@ -1,0 +1,11 @@
+// The program that renders: what comes before the passes, the four passes in order, and what serves the plan.
+#include "direct.cl"
+#include "edges.cl"
+#include "gather.cl"
+#include "geometry.cl"
+#include "guide.cl"
+#include "layers.cl"
+#include "light_map.cl"
+#include "pyramids.cl"
+#include "raster.cl"
+#include "visibility.cl"
