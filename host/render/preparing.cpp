@@ -1,13 +1,11 @@
 // A renderer made ready: the device, the plan's second half, from what is seen, and the buffers that frames need.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
-#include "passes/edges.hpp"
-#include "passes/raster.hpp"
 #include "render/renderer_state.hpp"
 #include "render/self_test.hpp"
-
-#include <fmt/format.h>
 
 namespace parian {
 
